@@ -1,1 +1,14 @@
-//! occupancy
+//! Occupancy of space in log-odds: the laser's beam model, the grid, its tiles, decay, and images.
+
+mod beam;
+mod grid;
+mod raster;
+mod ray;
+mod scan_marks;
+mod tile;
+
+pub use beam::{BeamModel, LaserGeometry, Reading};
+pub use grid::{GRID_REACH_CELLS, Grid};
+pub use raster::Raster;
+pub use scan_marks::ScanMarks;
+pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};

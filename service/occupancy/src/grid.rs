@@ -1,0 +1,255 @@
+//! Occupancy of space, in log-odds, as a map of tiles that grows where it is observed.
+//!
+//! Each reading adds its evidence to the log-odds of the cells that it observes (Thrun 1998,
+//! eq. (1)), which first decay towards the prior (section 2.4). Tiles are shared until written to,
+//! so that a snapshot of the whole grid costs one pointer a tile.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use meetpoint_geometry::{Cell, GridFrame, GridInfo, Pose};
+
+use crate::beam::{BeamModel, LaserGeometry, Reading};
+use crate::raster::Raster;
+use crate::ray::Ray;
+use crate::scan_marks::{Mark, ScanMarks, tile_place};
+use crate::tile::{HitMean, TILE_CELLS, Tile, TileIndex};
+
+/// No cell beyond ±this along either axis is ever drawn: 52 km at 0.05 m, so that absurd poses
+/// neither overflow nor fill the memory with nothing.
+pub const GRID_REACH_CELLS: i32 = 1 << 20;
+
+/// A map of occupancy: square cells of which each has log-odds or was never observed.
+#[derive(Clone, Debug)]
+pub struct Grid {
+    frame: GridFrame,
+    tiles: BTreeMap<TileIndex, Arc<Tile>>,
+}
+
+impl Grid {
+    /// A grid of which nothing is observed.
+    pub fn new(frame: GridFrame) -> Self {
+        Self { frame, tiles: BTreeMap::new() }
+    }
+
+    /// The grid that has these tiles. Of two with one index the later counts; tiles beyond
+    /// [`GRID_REACH_CELLS`] are left out.
+    pub fn from_tiles(
+        frame: GridFrame,
+        tiles: impl IntoIterator<Item = (TileIndex, Arc<Tile>)>,
+    ) -> Self {
+        let reach = GRID_REACH_CELLS / TILE_CELLS;
+        let near = |index: i32| (-reach..reach).contains(&index);
+        let tiles = tiles.into_iter().filter(|(index, _)| near(index.x) && near(index.y));
+        Self { frame, tiles: tiles.collect() }
+    }
+
+    /// How metres and cells relate.
+    pub fn frame(&self) -> GridFrame {
+        self.frame
+    }
+
+    /// The tiles, by index along x, then y.
+    pub fn tiles(&self) -> impl Iterator<Item = (TileIndex, &Arc<Tile>)> {
+        self.tiles.iter().map(|(&index, tile)| (index, tile))
+    }
+
+    /// The tile of that index, or `None` where nothing was ever observed.
+    pub fn tile(&self, index: TileIndex) -> Option<&Arc<Tile>> {
+        self.tiles.get(&index)
+    }
+
+    /// Log-odds of "occupied", or `None` if no reading ever observed the cell.
+    pub fn log_odds(&self, cell: Cell) -> Option<f32> {
+        let (tile, index) = tile_place(cell);
+        let log_odds = self.tiles.get(&tile)?.log_odds()[index];
+        (!log_odds.is_nan()).then_some(log_odds)
+    }
+
+    /// Where in a cell its recent hits lie, or `None` if nothing was ever hit there.
+    pub fn hit_mean(&self, cell: Cell) -> Option<HitMean> {
+        let (tile, index) = tile_place(cell);
+        self.tiles.get(&tile)?.hit_mean(index)
+    }
+
+    /// The smallest rectangle that holds all observed cells, or `None` if there are none.
+    pub fn bounds(&self) -> Option<GridInfo> {
+        let mut bounds: Option<(Cell, Cell)> = None;
+        for (index, tile) in self.tiles() {
+            let Some((low, high)) = observed_box(index, tile) else { continue };
+            let (first, last) = bounds.get_or_insert((low, high));
+            *first = Cell { x: first.x.min(low.x), y: first.y.min(low.y) };
+            *last = Cell { x: last.x.max(high.x), y: last.y.max(high.y) };
+        }
+        let (first, last) = bounds?;
+        Some(GridInfo {
+            frame: self.frame,
+            first,
+            width: last.x.abs_diff(first.x) + 1,
+            height: last.y.abs_diff(first.y) + 1,
+        })
+    }
+
+    /// The cells of a rectangle, or of [`Grid::bounds`] if none is given; a rectangle of no cells
+    /// if nothing was observed. The frame of `info` is not looked at: its cells are this grid's.
+    pub fn raster(&self, info: Option<GridInfo>) -> Raster {
+        let empty = GridInfo { frame: self.frame, first: Cell { x: 0, y: 0 }, width: 0, height: 0 };
+        let mut info = info.or_else(|| self.bounds()).unwrap_or(empty);
+        info.frame = self.frame;
+        let mut raster = Raster { info, log_odds: vec![f32::NAN; info.n_cells()] };
+        for (index, tile) in self.tiles() {
+            copy_tile(index, tile, &mut raster);
+        }
+        raster
+    }
+
+    /// Draws a scan taken from `map_from_sensor`, and leaves in `marks` which of the cells ever hit
+    /// it met ([`ScanMarks::changed`]). A pose that is not finite or beyond the grid's reach draws
+    /// nothing.
+    pub fn insert_scan(
+        &mut self,
+        map_from_sensor: Pose,
+        geometry: &LaserGeometry,
+        ranges_m: &[f32],
+        model: &BeamModel,
+        marks: &mut ScanMarks,
+    ) {
+        marks.clear();
+        let resolution_m = self.frame.resolution_m();
+        let from = (map_from_sensor.x_m / resolution_m, map_from_sensor.y_m / resolution_m);
+        if !within_reach(from) {
+            return;
+        }
+        for (bearing_rad, reading) in geometry.readings(ranges_m) {
+            let Some((range_m, hits)) = drawn_range(reading, geometry, model) else { continue };
+            let (sin, cos) = (map_from_sensor.theta_rad + bearing_rad).sin_cos();
+            let range = range_m / resolution_m;
+            let to = (from.0 + range * cos, from.1 + range * sin);
+            if within_reach(to) {
+                mark_beam(from, to, hits, marks);
+            }
+        }
+        self.integrate(model, marks);
+    }
+
+    /// Brings the marks of a scan into the cells.
+    fn integrate(&mut self, model: &BeamModel, marks: &mut ScanMarks) {
+        let ScanMarks { tiles, hits, changed, .. } = marks;
+        for hit in hits {
+            let index = tiles[hit.tile as usize].0;
+            let tile =
+                Arc::make_mut(self.tiles.entry(index).or_insert_with(|| Arc::new(Tile::unknown())));
+            tile.add_hit(hit.index, hit.share, model.hit_weight);
+        }
+        for (index, marks) in tiles.iter() {
+            let tile = Arc::make_mut(
+                self.tiles.entry(*index).or_insert_with(|| Arc::new(Tile::unknown())),
+            );
+            integrate_tile(*index, tile, marks, model, changed);
+        }
+    }
+}
+
+fn integrate_tile(
+    tile_index: TileIndex,
+    tile: &mut Tile,
+    marks: &[Mark; 4096],
+    model: &BeamModel,
+    changed: &mut Vec<Cell>,
+) {
+    for (row, marks) in marks.chunks_exact(64).enumerate() {
+        if marks.iter().all(|&mark| mark == Mark::Unseen) {
+            continue;
+        }
+        for (column, &mark) in marks.iter().enumerate() {
+            let evidence = match mark {
+                Mark::Unseen => continue,
+                Mark::Missed => model.log_odds_miss,
+                Mark::Hit => model.log_odds_hit,
+            };
+            let index = row * 64 + column;
+            tile.set_log_odds(index, model.updated(tile.log_odds()[index], evidence));
+            if tile.hit_mean(index).is_some() {
+                changed.push(cell_of(tile_index, index));
+            }
+        }
+    }
+}
+
+/// How far a reading is drawn, in metres, and whether it ends in a hit; `None` for nothing.
+fn drawn_range(
+    reading: Reading,
+    geometry: &LaserGeometry,
+    model: &BeamModel,
+) -> Option<(f64, bool)> {
+    match reading {
+        Reading::Invalid => None,
+        Reading::Nothing => Some((geometry.range_max_m.min(model.clear_range_max_m), false)),
+        Reading::Hit(range_m) if model.hit_range_max_m < range_m => {
+            Some((model.clear_range_max_m.min(range_m), false))
+        }
+        Reading::Hit(range_m) => Some((range_m, true)),
+    }
+}
+
+/// Marks a beam between two points given in cells.
+fn mark_beam(from: (f64, f64), to: (f64, f64), hits: bool, marks: &mut ScanMarks) {
+    let last = Cell { x: floor(to.0), y: floor(to.1) };
+    for cell in Ray::new(from, to) {
+        if cell != last || !hits {
+            marks.miss(cell);
+        }
+    }
+    if hits {
+        marks.hit(last, (share(to.0), share(to.1)));
+    }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "within the grid's reach")]
+fn floor(coordinate: f64) -> i32 {
+    coordinate.floor() as i32
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "a share of a cell needs no more digits")]
+fn share(coordinate: f64) -> f32 {
+    (coordinate - coordinate.floor()) as f32
+}
+
+/// False also for NaN.
+fn within_reach(point: (f64, f64)) -> bool {
+    let reach = f64::from(GRID_REACH_CELLS);
+    point.0.abs() < reach && point.1.abs() < reach
+}
+
+/// The cell at a place of a tile.
+#[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "below 4,096")]
+fn cell_of(tile: TileIndex, index: usize) -> Cell {
+    let index = index as i32;
+    Cell {
+        x: tile.x * TILE_CELLS + index % TILE_CELLS,
+        y: tile.y * TILE_CELLS + index / TILE_CELLS,
+    }
+}
+
+/// The lower-left and upper-right of a tile's observed cells.
+fn observed_box(tile_index: TileIndex, tile: &Tile) -> Option<(Cell, Cell)> {
+    let observed = tile.log_odds().iter().enumerate().filter(|(_, log_odds)| !log_odds.is_nan());
+    observed.map(|(index, _)| cell_of(tile_index, index)).fold(None, |bounds, cell| {
+        let (low, high) = bounds.unwrap_or((cell, cell));
+        Some((
+            Cell { x: low.x.min(cell.x), y: low.y.min(cell.y) },
+            Cell { x: high.x.max(cell.x), y: high.y.max(cell.y) },
+        ))
+    })
+}
+
+/// Copies what of a tile lies in the raster.
+fn copy_tile(tile_index: TileIndex, tile: &Tile, raster: &mut Raster) {
+    for (row, cells) in tile.log_odds().chunks_exact(64).enumerate() {
+        for (column, &log_odds) in cells.iter().enumerate() {
+            if let Some(index) = raster.info.index_of(cell_of(tile_index, row * 64 + column)) {
+                raster.log_odds[index] = log_odds;
+            }
+        }
+    }
+}

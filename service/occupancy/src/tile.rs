@@ -1,0 +1,267 @@
+//! A square of 64 by 64 cells: the unit in which a grid grows, is shared and is stored.
+
+use std::fmt;
+
+/// Cells along each side of a tile.
+pub const TILE_CELLS: i32 = 64;
+
+/// Cells of a tile.
+const N_CELLS: usize = 64 * 64;
+
+/// First byte of a stored tile: the format that follows.
+const FORMAT: u8 = 1;
+
+/// The bits of "never observed": one NaN of all, so that equal tiles are equal bytes.
+const NEVER_OBSERVED: f32 = f32::NAN;
+
+/// Steps of a [`HitMean`] along each side of a cell.
+const HIT_STEPS: f32 = 255.0;
+
+/// Which tile: tile (x, y) holds the cells 64x to 64x + 63 by 64y to 64y + 63.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileIndex {
+    /// Index along +x.
+    pub x: i32,
+    /// Index along +y.
+    pub y: i32,
+}
+
+/// Where in its cell the recent hits lie on average, each coordinate in 1/255 of the cell's edge
+/// less one half step; `None`-like zero means that nothing was ever hit there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct HitMean {
+    x: u8,
+    y: u8,
+}
+
+impl HitMean {
+    /// No hit yet. Real means have both coordinates in 1..=255.
+    const NONE: Self = Self { x: 0, y: 0 };
+
+    /// Share of the cell's edge from its lower-left corner, in (0, 1), along x and y.
+    #[inline]
+    pub fn offset(self) -> (f32, f32) {
+        ((f32::from(self.x) - 0.5) / HIT_STEPS, (f32::from(self.y) - 0.5) / HIT_STEPS)
+    }
+
+    /// The step that holds `share` of the cell's edge. Anything outside is brought to the edge.
+    fn at(share: (f32, f32)) -> Self {
+        Self { x: hit_step(share.0), y: hit_step(share.1) }
+    }
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "clamped to 1..=255 on the same line"
+)]
+fn hit_step(share: f32) -> u8 {
+    (share * HIT_STEPS + 1.0).clamp(1.0, HIT_STEPS) as u8
+}
+
+/// 64 by 64 cells: log-odds of "occupied" (or never observed), and where in the cell hits lie.
+#[derive(Clone)]
+pub struct Tile {
+    /// Row-major along +x, the lowest row first. Invariant: [`NEVER_OBSERVED`] or not NaN.
+    log_odds: Box<[f32; N_CELLS]>,
+    /// Same order. Invariant: [`HitMean::NONE`] where never hit, else both coordinates positive.
+    hits: Box<[HitMean; N_CELLS]>,
+}
+
+impl Tile {
+    /// A tile of which nothing is known.
+    pub fn unknown() -> Self {
+        Self {
+            log_odds: Box::new([NEVER_OBSERVED; N_CELLS]),
+            hits: Box::new([HitMean::NONE; N_CELLS]),
+        }
+    }
+
+    /// Log-odds of all cells, row-major along +x, the lowest row first; NaN where never observed.
+    pub fn log_odds(&self) -> &[f32; N_CELLS] {
+        &self.log_odds
+    }
+
+    /// Where in a cell its recent hits lie, or `None` where nothing was ever hit. `index` is the
+    /// cell's place in the tile, row-major.
+    ///
+    /// # Panics
+    /// If `index` is not below 4,096.
+    #[inline]
+    pub fn hit_mean(&self, index: usize) -> Option<HitMean> {
+        let hit = self.hits[index];
+        (hit != HitMean::NONE).then_some(hit)
+    }
+
+    /// Sets a cell's log-odds; NaN is kept as "never observed".
+    #[inline]
+    pub(crate) fn set_log_odds(&mut self, index: usize, log_odds: f32) {
+        self.log_odds[index] = if log_odds.is_nan() { NEVER_OBSERVED } else { log_odds };
+    }
+
+    /// Takes a hit at `share` of the cell's edge from its lower-left corner into the mean, which
+    /// it moves by `weight` of the way; the first hit is the mean.
+    #[inline]
+    pub(crate) fn add_hit(&mut self, index: usize, share: (f32, f32), weight: f32) {
+        let mean = match self.hit_mean(index) {
+            None => share,
+            Some(mean) => {
+                let (x, y) = mean.offset();
+                (x + weight * (share.0 - x), y + weight * (share.1 - y))
+            }
+        };
+        self.hits[index] = HitMean::at(mean);
+    }
+
+    /// The tile as bytes: the format's number, then the log-odds of all cells as little-endian
+    /// f32, then for each cell ever hit, in order, its place as little-endian u16 and its mean's
+    /// two steps. Equal tiles give equal bytes, and only they do.
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let mut bytes = Vec::with_capacity(1 + 4 * N_CELLS + 1024);
+        bytes.push(FORMAT);
+        for log_odds in self.log_odds.iter() {
+            bytes.extend_from_slice(&log_odds.to_le_bytes());
+        }
+        for (index, hit) in (0_u16..).zip(self.hits.iter()) {
+            if *hit != HitMean::NONE {
+                bytes.extend_from_slice(&index.to_le_bytes());
+                bytes.extend_from_slice(&[hit.x, hit.y]);
+            }
+        }
+        bytes
+    }
+
+    /// The tile that [`Tile::to_bytes`] wrote, bit for bit.
+    ///
+    /// # Errors
+    /// [`InvalidTile`] if the format is not known or the bytes are not what it prescribes.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidTile> {
+        let (&format, rest) = bytes.split_first().ok_or(InvalidTile::Length(0))?;
+        if format != FORMAT {
+            return Err(InvalidTile::Format(format));
+        }
+        let wrong_length = InvalidTile::Length(bytes.len());
+        let (cells, hits) = rest.split_at_checked(4 * N_CELLS).ok_or(wrong_length)?;
+        if hits.len() % 4 != 0 {
+            return Err(wrong_length);
+        }
+        let mut tile = Self::unknown();
+        for (log_odds, cell) in tile.log_odds.iter_mut().zip(cells.as_chunks::<4>().0) {
+            let read = f32::from_le_bytes(*cell);
+            if read.is_nan() && read.to_bits() != NEVER_OBSERVED.to_bits() {
+                return Err(InvalidTile::LogOdds(read.to_bits()));
+            }
+            *log_odds = read;
+        }
+        tile.read_hits(hits)?;
+        Ok(tile)
+    }
+
+    fn read_hits(&mut self, bytes: &[u8]) -> Result<(), InvalidTile> {
+        let mut index_min = 0;
+        for &[low, high, x, y] in bytes.as_chunks::<4>().0 {
+            let index = usize::from(u16::from_le_bytes([low, high]));
+            if index < index_min || N_CELLS <= index || x == 0 || y == 0 {
+                return Err(InvalidTile::Hit { index, x, y });
+            }
+            self.hits[index] = HitMean { x, y };
+            index_min = index + 1;
+        }
+        Ok(())
+    }
+}
+
+impl PartialEq for Tile {
+    /// Bit for bit: "never observed" equals itself.
+    fn eq(&self, other: &Self) -> bool {
+        let bits = |tile: &Self, index: usize| tile.log_odds[index].to_bits();
+        self.hits == other.hits && (0..N_CELLS).all(|index| bits(self, index) == bits(other, index))
+    }
+}
+
+impl Eq for Tile {}
+
+impl fmt::Debug for Tile {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let n_observed = self.log_odds.iter().filter(|log_odds| !log_odds.is_nan()).count();
+        let n_hit = self.hits.iter().filter(|&&hit| hit != HitMean::NONE).count();
+        formatter
+            .debug_struct("Tile")
+            .field("n_observed", &n_observed)
+            .field("n_hit", &n_hit)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Bytes that are no tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum InvalidTile {
+    /// The first byte names no known format.
+    #[error("tile format {0} is not known, the newest is {FORMAT}")]
+    Format(u8),
+    /// So many bytes are no tile.
+    #[error("{0} bytes are no tile")]
+    Length(usize),
+    /// A cell's log-odds are a NaN other than that of "never observed".
+    #[error("log-odds with bits {0:#x} are not canonical")]
+    LogOdds(u32),
+    /// A mean of hits is out of order or out of the tile.
+    #[error("hit mean ({x}, {y}) at cell {index} is out of place")]
+    Hit {
+        /// The cell's place in the tile.
+        index: usize,
+        /// Step along x, 1..=255.
+        x: u8,
+        /// Step along y, 1..=255.
+        y: u8,
+    },
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn refuses_what_is_no_tile() {
+        assert_eq!(Tile::from_bytes(&[]), Err(InvalidTile::Length(0)), "nothing");
+        assert_eq!(Tile::from_bytes(&[9]), Err(InvalidTile::Format(9)), "a format to come");
+        let mut bytes = Tile::unknown().to_bytes();
+        bytes.extend_from_slice(&[0, 0, 0, 7]);
+        assert!(Tile::from_bytes(&bytes).is_err(), "a mean without x");
+        bytes.pop();
+        assert_eq!(Tile::from_bytes(&bytes), Err(InvalidTile::Length(bytes.len())), "cut short");
+    }
+
+    proptest! {
+        #[test]
+        fn bytes_bring_back_the_tile(
+            cells in prop::collection::vec((0..N_CELLS, -9.0_f32..9.0, 0.0_f32..1.0, 0.0_f32..1.0), 0..60),
+        ) {
+            let mut tile = Tile::unknown();
+            for (index, log_odds, x, y) in cells {
+                tile.set_log_odds(index, log_odds);
+                tile.add_hit(index, (x, y), 0.25);
+            }
+            let bytes = tile.to_bytes();
+            let back = Tile::from_bytes(&bytes).expect("our own bytes");
+            prop_assert_eq!(&back, &tile);
+            prop_assert_eq!(back.to_bytes(), bytes);
+        }
+
+        #[test]
+        fn a_mean_stays_near_its_only_hit(x in 0.0_f32..1.0, y in 0.0_f32..1.0) {
+            let mut tile = Tile::unknown();
+            tile.add_hit(7, (x, y), 0.25);
+            tile.add_hit(7, (x, y), 0.25);
+            let (mean_x, mean_y) = tile.hit_mean(7).expect("hit").offset();
+            prop_assert!((mean_x - x).abs() < 0.006 && (mean_y - y).abs() < 0.006);
+        }
+
+        #[test]
+        fn no_bytes_panic(bytes in prop::collection::vec(any::<u8>(), 0..64)) {
+            let _ = Tile::from_bytes(&bytes);
+        }
+    }
+}
