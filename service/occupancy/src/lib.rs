@@ -2,6 +2,7 @@
 
 mod beam;
 mod grid;
+mod image;
 mod raster;
 mod ray;
 mod scan_marks;
@@ -9,6 +10,10 @@ mod tile;
 
 pub use beam::{BeamModel, LaserGeometry, Reading};
 pub use grid::{GRID_REACH_CELLS, Grid};
+pub use image::{
+    InvalidImage, InvalidYaml, MapMode, MapServerGrid, MapYaml, Picture, cells_from_picture, npy,
+    pgm, png, read_pgm, read_png, read_yaml, terminal, yaml,
+};
 pub use raster::Raster;
 pub use scan_marks::ScanMarks;
 pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};
