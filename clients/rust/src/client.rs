@@ -1,0 +1,262 @@
+//! Single questions to the service, over one connection that heals itself.
+
+use std::time::Duration;
+
+use meetpoint_proto::v1::{
+    CloseSessionRequest, CreateJobRequest, CreateMapRequest, GetGridRequest, GetJobRequest,
+    GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest, Grid,
+    IngestRequest, IngestResponse, Job, JobKind, Map, MapVersion, OpenSessionRequest,
+    OpenSessionResponse, Session, Trajectory, grid_service_client::GridServiceClient,
+    job_service_client::JobServiceClient, map_service_client::MapServiceClient,
+    session_service_client::SessionServiceClient,
+};
+use tokio_stream::wrappers::ReceiverStream;
+use tonic::{
+    Request, Streaming,
+    transport::{Channel, Endpoint},
+};
+
+use crate::error::Error;
+
+/// A connection attempt that takes longer has failed.
+const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
+/// A single question that takes longer has failed.
+const CALL_TIMEOUT: Duration = Duration::from_secs(30);
+/// Between pings, which find a dead Wi-Fi link and keep address translations alive. The service
+/// permits pings from 20 s on.
+const PING_INTERVAL: Duration = Duration::from_secs(25);
+/// A ping that is not answered for so long means that the connection is dead.
+const PING_TIMEOUT: Duration = Duration::from_secs(10);
+/// The largest answer taken: a grid of 16 777 216 cells and its frame.
+const ANSWER_BYTES_MAX: usize = 20 << 20;
+/// Poses a page of a trajectory.
+const TRAJECTORY_PAGE: u32 = 10_000;
+
+/// The service, as seen from a robot. Clones share one connection.
+#[derive(Clone, Debug)]
+pub struct Client {
+    channel: Channel,
+}
+
+impl Client {
+    /// A client of the service at `url`, for example `http://127.0.0.1:7373`; without a scheme
+    /// `http://` is meant. Connects at the first question, and again whenever the connection was
+    /// lost.
+    ///
+    /// Must be called within a tokio runtime.
+    ///
+    /// # Errors
+    ///
+    /// [`Error::Url`] if the address cannot be read.
+    pub fn connect(url: &str) -> Result<Self, Error> {
+        let full = if url.contains("://") { url.to_owned() } else { format!("http://{url}") };
+        let bad = |reason: String| Error::Url { url: url.to_owned(), reason };
+        let endpoint = Endpoint::from_shared(full).map_err(|error| bad(error.to_string()))?;
+        match endpoint.uri().scheme_str() {
+            Some("http") if endpoint.uri().host().is_some() => {}
+            _ => return Err(bad("it must look like http://host:port".to_owned())),
+        }
+        let channel = endpoint
+            .connect_timeout(CONNECT_TIMEOUT)
+            .tcp_nodelay(true)
+            .http2_keep_alive_interval(PING_INTERVAL)
+            .keep_alive_timeout(PING_TIMEOUT)
+            .keep_alive_while_idle(true)
+            .connect_lazy();
+        Ok(Self { channel })
+    }
+
+    /// Makes an empty map; `resolution_m` is the edge of a cell, 0 for the service's default.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_EXISTS` if the id is taken.
+    pub async fn create_map(&self, id: &str, resolution_m: f64) -> Result<Map, Error> {
+        let map = Map { id: id.to_owned(), resolution_m, ..Map::default() };
+        let response = self.maps().create_map(call(CreateMapRequest { map: Some(map) })).await?;
+        response.into_inner().map.ok_or(Error::Malformed("map"))
+    }
+
+    /// One map.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND` if there is none of that id.
+    pub async fn map(&self, id: &str) -> Result<Map, Error> {
+        let response = self.maps().get_map(call(GetMapRequest { map: id.to_owned() })).await?;
+        response.into_inner().map.ok_or(Error::Malformed("map"))
+    }
+
+    /// One version of a map; 0 for the published one.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND` or `VERSION_NOT_FOUND`.
+    pub async fn map_version(&self, map: &str, number: u64) -> Result<MapVersion, Error> {
+        let request = GetMapVersionRequest { map: map.to_owned(), number };
+        let response = self.maps().get_map_version(call(request)).await?;
+        response.into_inner().version.ok_or(Error::Malformed("version"))
+    }
+
+    /// The whole grid of a version of a map; 0 for the published one.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND`, `VERSION_NOT_FOUND`, or `GRID_TOO_LARGE`.
+    pub async fn grid(&self, map: &str, version: u64) -> Result<Grid, Error> {
+        let request = GetGridRequest { map: map.to_owned(), version, bounding_box: None };
+        let mut grids = GridServiceClient::new(self.channel.clone())
+            .max_decoding_message_size(ANSWER_BYTES_MAX);
+        let response = grids.get_grid(call(request)).await?;
+        response.into_inner().grid.ok_or(Error::Malformed("grid"))
+    }
+
+    /// Opens a session, or finds the one that was opened with the same robot and client key.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND`, `SESSION_KEY_TAKEN`, `SESSION_FENCED`, or what is wrong with the request.
+    pub async fn open_session(
+        &self,
+        request: OpenSessionRequest,
+    ) -> Result<(Session, OpenSessionResponse), Error> {
+        let mut response = self.sessions().open_session(call(request)).await?.into_inner();
+        let session = response.session.take().ok_or(Error::Malformed("session"))?;
+        Ok((session, response))
+    }
+
+    /// One session.
+    ///
+    /// # Errors
+    ///
+    /// `SESSION_NOT_FOUND` if there is none of that id.
+    pub async fn session(&self, id: &str) -> Result<Session, Error> {
+        let request = GetSessionRequest { session: id.to_owned() };
+        let response = self.sessions().get_session(call(request)).await?;
+        response.into_inner().session.ok_or(Error::Malformed("session"))
+    }
+
+    /// Says that nothing more will come. Closing a closed session is fine.
+    ///
+    /// # Errors
+    ///
+    /// `SESSION_NOT_FOUND`, or `SESSION_FENCED` if the epoch is not the session's own.
+    pub async fn close_session(&self, id: &str, epoch: u64) -> Result<Session, Error> {
+        let request = CloseSessionRequest { session: id.to_owned(), epoch };
+        let response = self.sessions().close_session(call(request)).await?;
+        response.into_inner().session.ok_or(Error::Malformed("session"))
+    }
+
+    /// One page of a session's trajectory in a map version (0 for the published one), from the
+    /// pose of index `offset` on, with at most `page_size` poses; with the offset of the next
+    /// page, `None` at the end.
+    ///
+    /// # Errors
+    ///
+    /// `SESSION_NOT_FOUND` or `VERSION_NOT_FOUND`.
+    pub async fn trajectory_page(
+        &self,
+        session: &str,
+        version: u64,
+        offset: u64,
+        page_size: u32,
+    ) -> Result<(Trajectory, Option<u64>), Error> {
+        let session = session.to_owned();
+        let request =
+            GetTrajectoryRequest { session, version, frame: String::new(), offset, page_size };
+        let response = self.sessions().get_trajectory(call(request)).await?.into_inner();
+        let trajectory = response.trajectory.ok_or(Error::Malformed("trajectory"))?;
+        Ok((trajectory, (response.next_offset != 0).then_some(response.next_offset)))
+    }
+
+    /// The whole trajectory of a session in the published version of its map.
+    ///
+    /// # Errors
+    ///
+    /// As [`Client::trajectory_page`].
+    pub async fn trajectory(&self, session: &str) -> Result<Trajectory, Error> {
+        let (mut whole, mut next) = self.trajectory_page(session, 0, 0, TRAJECTORY_PAGE).await?;
+        // All pages from one version, whatever is published meanwhile.
+        let version = whole.map_version;
+        while let Some(offset) = next {
+            let (page, after) =
+                self.trajectory_page(session, version, offset, TRAJECTORY_PAGE).await?;
+            whole.poses.extend(page.poses);
+            next = after;
+        }
+        Ok(whole)
+    }
+
+    /// Starts a job and returns at once.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND`.
+    pub async fn create_job(&self, map: &str, kind: JobKind) -> Result<Job, Error> {
+        let request = CreateJobRequest { map: map.to_owned(), kind: kind.into() };
+        let response = self.jobs().create_job(call(request)).await?;
+        response.into_inner().job.ok_or(Error::Malformed("job"))
+    }
+
+    /// One job.
+    ///
+    /// # Errors
+    ///
+    /// `JOB_NOT_FOUND` if there is none of that id.
+    pub async fn job(&self, id: &str) -> Result<Job, Error> {
+        let response = self.jobs().get_job(call(GetJobRequest { job: id.to_owned() })).await?;
+        response.into_inner().job.ok_or(Error::Malformed("job"))
+    }
+
+    /// Opens an ingest stream.
+    pub(crate) async fn ingest(
+        &self,
+        requests: ReceiverStream<IngestRequest>,
+    ) -> Result<Streaming<IngestResponse>, Error> {
+        Ok(self.sessions().ingest(requests).await?.into_inner())
+    }
+
+    fn maps(&self) -> MapServiceClient<Channel> {
+        MapServiceClient::new(self.channel.clone())
+    }
+
+    fn jobs(&self) -> JobServiceClient<Channel> {
+        JobServiceClient::new(self.channel.clone())
+    }
+
+    fn sessions(&self) -> SessionServiceClient<Channel> {
+        SessionServiceClient::new(self.channel.clone()).max_decoding_message_size(ANSWER_BYTES_MAX)
+    }
+}
+
+/// A request with a deadline, which the service sees too.
+fn call<T>(message: T) -> Request<T> {
+    let mut request = Request::new(message);
+    request.set_timeout(CALL_TIMEOUT);
+    request
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[tokio::test]
+    async fn addresses_are_checked_at_once() {
+        for good in ["http://127.0.0.1:7373", "localhost:7373", "http://[::1]:7373/"] {
+            assert!(Client::connect(good).is_ok(), "{good}");
+        }
+        for bad in ["", "ftp://host", "https://host", "http://", "a b"] {
+            let error = Client::connect(bad).expect_err(bad);
+            assert!(matches!(error, Error::Url { .. }), "{bad}: {error}");
+        }
+    }
+
+    #[tokio::test]
+    async fn nobody_there_is_retryable() {
+        // Port 1 is reserved and refused on loopback.
+        let client = Client::connect("http://127.0.0.1:1").expect("a good address");
+        let error = client.map("office").await.expect_err("nobody listens");
+        assert!(error.is_retryable(), "{error}");
+        assert!(matches!(error, Error::Unreachable(_)), "{error}");
+    }
+}
