@@ -1,0 +1,4 @@
+//! The client against a session service on loopback that misbehaves.
+
+mod delivery;
+mod fake;
