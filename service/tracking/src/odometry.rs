@@ -1,0 +1,101 @@
+//! A robot's own reckoning: poses as they arrive, or velocities integrated between their stamps.
+
+use meetpoint_geometry::Pose;
+
+/// Poses that are kept to interpolate between.
+const N_RECENT_MAX: usize = 8;
+
+/// The farthest that a pose is extrapolated from the last two, in nanoseconds: half a second.
+const EXTRAPOLATION_MAX_NS: i64 = 500_000_000;
+
+/// Velocity in the robot's own frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Velocity {
+    pub(crate) forward_m_per_s: f64,
+    pub(crate) left_m_per_s: f64,
+    pub(crate) turn_rad_per_s: f64,
+}
+
+impl Velocity {
+    /// The step that this velocity makes in some seconds: an arc.
+    fn step(self, seconds: f64) -> Pose {
+        let turn = self.turn_rad_per_s * seconds;
+        let (along, across) = if turn.abs() < 1e-9 {
+            (1.0, 0.0)
+        } else {
+            (turn.sin() / turn, (1.0 - turn.cos()) / turn)
+        };
+        let (forward, left) = (self.forward_m_per_s * seconds, self.left_m_per_s * seconds);
+        Pose::new(forward * along - left * across, forward * across + left * along, turn)
+    }
+}
+
+/// The recent past of a robot's odometry.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Odometry {
+    /// Stamps in nanoseconds and poses, in order of arrival.
+    pub(crate) recent: Vec<(i64, Pose)>,
+    /// In force since the last of `recent`, if the robot sends velocities.
+    pub(crate) velocity: Option<Velocity>,
+}
+
+impl Odometry {
+    /// Takes a pose. One that is not finite is not taken.
+    pub(crate) fn add_pose(&mut self, stamp_ns: i64, pose: Pose) {
+        if pose.is_finite() {
+            self.velocity = None;
+            self.push(stamp_ns, Pose::new(pose.x_m, pose.y_m, pose.theta_rad));
+        }
+    }
+
+    /// Takes a velocity, in force from `stamp_ns` on. One that leads to no finite pose is not
+    /// taken.
+    pub(crate) fn add_velocity(&mut self, stamp_ns: i64, velocity: Velocity) {
+        let pose = self.pose_at(stamp_ns).unwrap_or(Pose::IDENTITY);
+        if velocity.step(1.0).is_finite() {
+            self.push(stamp_ns, pose);
+            self.velocity = Some(velocity);
+        }
+    }
+
+    fn push(&mut self, stamp_ns: i64, pose: Pose) {
+        if self.recent.len() == N_RECENT_MAX {
+            self.recent.remove(0);
+        }
+        self.recent.push((stamp_ns, pose));
+    }
+
+    /// The pose at a moment: as it came if one came with this very stamp, else by the velocity in
+    /// force, else between the two latest that enclose it, else onwards from the last two if that
+    /// is not far, else the last. `None` if none ever came.
+    pub(crate) fn pose_at(&self, stamp_ns: i64) -> Option<Pose> {
+        let &(last_ns, last) = self.recent.last()?;
+        if let Some((_, pose)) = self.recent.iter().rev().find(|(at_ns, _)| *at_ns == stamp_ns) {
+            return Some(*pose);
+        }
+        if let Some(velocity) = self.velocity {
+            let pose = last * velocity.step(seconds_between(last_ns, stamp_ns).max(0.0));
+            return Some(if pose.is_finite() { pose } else { last });
+        }
+        let pairs = || self.recent.windows(2).map(|pair| (pair[0], pair[1])).rev();
+        let between = pairs().find(|((a, _), (b, _))| (*a..*b).contains(&stamp_ns));
+        let ahead = || {
+            pairs().next().filter(|((a, _), (b, _))| {
+                *a < *b && *b < stamp_ns && stamp_ns.saturating_sub(*b) <= EXTRAPOLATION_MAX_NS
+            })
+        };
+        let Some(((a_ns, a), (b_ns, b))) = between.or_else(ahead) else { return Some(last) };
+        let pose = a.interpolate(b, seconds_between(a_ns, stamp_ns) / seconds_between(a_ns, b_ns));
+        Some(if pose.is_finite() { pose } else { last })
+    }
+
+    /// Forgets everything: what comes next is not chained to what came before.
+    pub(crate) fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+/// Seconds from one stamp to another, negative backwards.
+pub(crate) fn seconds_between(from_ns: i64, to_ns: i64) -> f64 {
+    to_ns.saturating_sub(from_ns) as f64 * 1e-9
+}
