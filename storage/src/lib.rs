@@ -1,1 +1,44 @@
-//! storage
+//! What Meetpoint keeps: the journal, which is the only truth, and what was computed from it.
+//!
+//! This crate alone knows SQL. It has no clock: every time is an argument. Payloads, tracker states
+//! and tiles are opaque bytes.
+
+mod admission;
+mod append;
+mod connection;
+mod content_hash;
+mod error;
+mod ids;
+mod jobs;
+mod journal;
+mod leases;
+mod manifest;
+mod maps;
+mod number;
+mod pose_chunk;
+mod replies;
+mod robots;
+mod sessions;
+mod tiles;
+mod trajectories;
+mod versions;
+
+pub use append::{AppendRequest, Appended, NewEntry, Refusal, RejectionRecord};
+pub use connection::{Store, StoreSettings};
+pub use content_hash::ContentHash;
+pub use error::Error;
+pub use ids::{JobId, JournalSeq, MapId, RobotId, SessionId};
+pub use jobs::{
+    ClaimedJob, JobHeartbeat, JobOutcome, JobRecord, JobReport, JobState, LOG_LINES_MAX, NewJob,
+};
+pub use journal::{BatchPayload, JournalEntry, JournalEvent};
+pub use leases::MapLease;
+pub use manifest::TileKey;
+pub use maps::{MapRecord, NewMap};
+pub use pose_chunk::PoseRecord;
+pub use replies::RememberedReply;
+pub use robots::{NewRobot, RobotRecord};
+pub use sessions::{NewSession, OpenedSession, SessionFilter, SessionRecord, SessionState};
+pub use tiles::NewTile;
+pub use trajectories::{NewPoses, TrajectoryOrigin, TrajectoryPage};
+pub use versions::{Checkpoint, NewSnapshot, VersionRecord};
