@@ -1,1 +1,20 @@
-//! server
+//! The service `meetpoint`: gRPC and REST over a journal, mapping actors and jobs.
+
+pub mod clock;
+pub mod commands;
+mod convert;
+pub mod demo;
+pub mod error;
+mod grpc;
+mod ingest;
+mod jobs;
+mod listener;
+mod live;
+mod mapping;
+mod operations;
+pub mod replay;
+pub mod rest;
+pub mod serve;
+pub mod service;
+pub mod settings;
+pub mod telemetry;

@@ -1,0 +1,10 @@
+//! The commands that ask a running service, and the one that is it.
+
+pub mod map;
+pub mod rebuild;
+pub mod serve;
+pub mod trajectory;
+
+mod asked;
+
+pub use asked::ServerArgs;

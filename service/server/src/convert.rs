@@ -1,0 +1,14 @@
+//! Conversions between messages, domain types and records: one file per noun.
+//!
+//! Messages are taken apart by pattern, so that a new field breaks the build, and the field at
+//! fault is named by its path.
+
+pub(crate) mod grid;
+pub(crate) mod job;
+pub(crate) mod map;
+pub(crate) mod observation;
+pub(crate) mod pose;
+pub(crate) mod sensor;
+pub(crate) mod session;
+pub(crate) mod slug;
+pub(crate) mod trajectory;

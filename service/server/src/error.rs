@@ -1,0 +1,302 @@
+//! What can go wrong, in the domain's words, and the one table of status codes.
+
+use axum::http::StatusCode;
+use meetpoint_storage as storage;
+use std::time::Duration;
+
+/// Why an operation was refused or failed.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// A field of the request holds what it must not.
+    #[error("{field}: {problem}")]
+    InvalidField {
+        /// Path of the field, as in `sensors[0].laser.n_beams`.
+        field: String,
+        /// What is wrong: the value and the limit.
+        problem: String,
+    },
+    /// The first message of a stream must attach to a session, and only the first.
+    #[error("the first message of a stream is `attach`, and no other is")]
+    NotAttached,
+    /// The request is larger than is taken.
+    #[error("the message has {n_bytes} bytes, at most {limit_bytes} are taken")]
+    MessageTooLarge {
+        /// Size of what was sent.
+        n_bytes: usize,
+        /// The limit.
+        limit_bytes: usize,
+    },
+    /// No map has that id.
+    #[error("no map `{0}`")]
+    NoSuchMap(String),
+    /// No robot has that id.
+    #[error("no robot `{0}`")]
+    NoSuchRobot(String),
+    /// No session has that id.
+    #[error("no session `{0}`")]
+    NoSuchSession(String),
+    /// The session declared no such sensor.
+    #[error("the session has no sensor `{0}`")]
+    NoSuchSensor(String),
+    /// The map has no such version.
+    #[error("map `{map}` has no version {number}")]
+    NoSuchVersion {
+        /// The map.
+        map: String,
+        /// The version asked for.
+        number: u64,
+    },
+    /// Nothing of the map is published yet.
+    #[error("map `{0}` has no published version yet")]
+    NothingPublished(String),
+    /// The version has no observed cell there.
+    #[error("nothing was observed there")]
+    NothingObserved,
+    /// No job has that id.
+    #[error("no job `{0}`")]
+    NoSuchJob(String),
+    /// The id is taken.
+    #[error("a map `{0}` exists")]
+    MapExists(String),
+    /// The id is taken.
+    #[error("a robot `{0}` exists")]
+    RobotExists(String),
+    /// The robot's client key names a session that was opened with other content.
+    #[error("the client key names another session of this robot, opened with other content")]
+    SessionKeyTaken,
+    /// A newer epoch of the robot has taken over, or the epoch is not the session's own.
+    #[error("the epoch is not in force: the robot has opened a session of a newer one")]
+    SessionFenced {
+        /// The robot's newest epoch, where it is at hand.
+        newest: Option<u64>,
+    },
+    /// The session takes no more batches.
+    #[error("the session is closed")]
+    SessionClosed,
+    /// Batches are missing in between.
+    #[error("batch {expected} is expected next")]
+    SequenceGap {
+        /// The number to send.
+        expected: u64,
+    },
+    /// A number was sent again with other content.
+    #[error("batch {number} was received before with other content")]
+    BatchContentMismatch {
+        /// The batch.
+        number: u64,
+    },
+    /// More was asked for than one reply holds.
+    #[error("{n_cells} cells, at most {limit_cells}: ask for less by a bounding box")]
+    GridTooLarge {
+        /// Cells asked for.
+        n_cells: u64,
+        /// The limit.
+        limit_cells: u64,
+    },
+    /// The same Idempotency-Key came with another request.
+    #[error("this Idempotency-Key was used for another request")]
+    IdempotencyKeyReused,
+    /// The disk is full: nothing was kept of this request, everything acknowledged is.
+    #[error("the service's disk is full; nothing of this request was kept")]
+    StorageFull,
+    /// Another process holds the database.
+    #[error("the service's database is locked; nothing of this request was kept")]
+    StorageBusy,
+    /// The database file does not say what was written.
+    #[error("the service's database is damaged; its operator has to restore it")]
+    StorageDamaged,
+    /// The service is going down.
+    #[error("the service is stopping")]
+    Stopping,
+    /// Not the caller's fault. The source is logged and never sent.
+    #[error("internal error")]
+    Internal(#[source] Box<dyn std::error::Error + Send + Sync>),
+}
+
+/// What a caller can do about an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Code {
+    /// Mend the request.
+    Invalid,
+    /// Ask for something that is there.
+    NotFound,
+    /// Take another name.
+    AlreadyExists,
+    /// Another request won.
+    Conflict,
+    /// Send what is missing first.
+    SequenceGap,
+    /// Not in this state.
+    WrongState,
+    /// Send less.
+    TooLarge,
+    /// Try again later; an operator has to make room.
+    Full,
+    /// Try again soon.
+    Busy,
+    /// The operator has to look.
+    Damaged,
+    /// Not the caller's fault.
+    Internal,
+}
+
+/// The only table of status codes.
+#[must_use]
+pub fn status(code: Code) -> (StatusCode, tonic::Code) {
+    match code {
+        Code::Invalid => (StatusCode::BAD_REQUEST, tonic::Code::InvalidArgument),
+        Code::NotFound => (StatusCode::NOT_FOUND, tonic::Code::NotFound),
+        Code::AlreadyExists => (StatusCode::CONFLICT, tonic::Code::AlreadyExists),
+        Code::Conflict => (StatusCode::UNPROCESSABLE_ENTITY, tonic::Code::Aborted),
+        Code::SequenceGap => (StatusCode::CONFLICT, tonic::Code::OutOfRange),
+        Code::WrongState => (StatusCode::CONFLICT, tonic::Code::FailedPrecondition),
+        Code::TooLarge => (StatusCode::PAYLOAD_TOO_LARGE, tonic::Code::InvalidArgument),
+        Code::Full => (StatusCode::INSUFFICIENT_STORAGE, tonic::Code::ResourceExhausted),
+        Code::Busy => (StatusCode::SERVICE_UNAVAILABLE, tonic::Code::Unavailable),
+        Code::Damaged => (StatusCode::INTERNAL_SERVER_ERROR, tonic::Code::DataLoss),
+        Code::Internal => (StatusCode::INTERNAL_SERVER_ERROR, tonic::Code::Internal),
+    }
+}
+
+impl Error {
+    /// A field at fault and what is wrong with it.
+    pub fn field(field: impl Into<String>, problem: impl Into<String>) -> Self {
+        Self::InvalidField { field: field.into(), problem: problem.into() }
+    }
+
+    /// Something that should not happen, kept for the log.
+    pub fn internal(source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Internal(source.into())
+    }
+
+    /// What the caller can do.
+    #[must_use]
+    pub fn code(&self) -> Code {
+        self.row().0
+    }
+
+    /// The stable name that programs switch on.
+    #[must_use]
+    pub fn reason(&self) -> &'static str {
+        self.row().1
+    }
+
+    fn row(&self) -> (Code, &'static str) {
+        match self {
+            Self::InvalidField { .. } => (Code::Invalid, "INVALID_FIELD"),
+            Self::NotAttached => (Code::Invalid, "NOT_ATTACHED"),
+            Self::MessageTooLarge { .. } => (Code::TooLarge, "MESSAGE_TOO_LARGE"),
+            Self::NoSuchMap(_) => (Code::NotFound, "MAP_NOT_FOUND"),
+            Self::NoSuchRobot(_) => (Code::NotFound, "ROBOT_NOT_FOUND"),
+            Self::NoSuchSession(_) => (Code::NotFound, "SESSION_NOT_FOUND"),
+            Self::NoSuchSensor(_) => (Code::NotFound, "SENSOR_NOT_FOUND"),
+            Self::NoSuchVersion { .. } => (Code::NotFound, "VERSION_NOT_FOUND"),
+            Self::NothingPublished(_) => (Code::NotFound, "NOTHING_PUBLISHED"),
+            Self::NothingObserved => (Code::NotFound, "NOTHING_OBSERVED"),
+            Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
+            Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),
+            Self::RobotExists(_) => (Code::AlreadyExists, "ROBOT_EXISTS"),
+            Self::SessionKeyTaken => (Code::AlreadyExists, "SESSION_KEY_TAKEN"),
+            Self::SessionFenced { .. } => (Code::WrongState, "SESSION_FENCED"),
+            Self::SessionClosed => (Code::WrongState, "SESSION_CLOSED"),
+            Self::SequenceGap { .. } => (Code::SequenceGap, "SEQUENCE_GAP"),
+            Self::BatchContentMismatch { .. } => (Code::AlreadyExists, "BATCH_CONTENT_MISMATCH"),
+            Self::GridTooLarge { .. } => (Code::TooLarge, "GRID_TOO_LARGE"),
+            Self::IdempotencyKeyReused => (Code::Conflict, "IDEMPOTENCY_KEY_REUSED"),
+            Self::StorageFull => (Code::Full, "STORAGE_FULL"),
+            Self::StorageBusy => (Code::Busy, "STORAGE_BUSY"),
+            Self::StorageDamaged => (Code::Damaged, "STORAGE_DAMAGED"),
+            Self::Stopping => (Code::Busy, "STOPPING"),
+            Self::Internal(_) => (Code::Internal, "INTERNAL"),
+        }
+    }
+
+    /// Facts for programs, by name.
+    #[must_use]
+    pub fn metadata(&self) -> Vec<(&'static str, String)> {
+        match self {
+            Self::InvalidField { field, .. } => vec![("field", field.clone())],
+            Self::SessionFenced { newest: Some(newest) } => {
+                vec![("newest_epoch", newest.to_string())]
+            }
+            Self::SequenceGap { expected } => vec![("expected_number", expected.to_string())],
+            Self::BatchContentMismatch { number } => vec![("number", number.to_string())],
+            Self::MessageTooLarge { limit_bytes, .. } => {
+                vec![("limit_bytes", limit_bytes.to_string())]
+            }
+            Self::GridTooLarge { limit_cells, .. } => {
+                vec![("limit_cells", limit_cells.to_string())]
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    /// How long to wait before trying the same again, where that makes sense.
+    #[must_use]
+    pub fn retry_after(&self) -> Option<Duration> {
+        match self.code() {
+            Code::Full => Some(Duration::from_secs(30)),
+            Code::Busy => Some(Duration::from_secs(1)),
+            _ => None,
+        }
+    }
+
+    /// Writes what must not be sent to the caller to the log.
+    pub fn log(&self) {
+        match self {
+            Self::Internal(source) => tracing::error!(error = %chain(&**source), "internal error"),
+            Self::StorageFull | Self::StorageBusy | Self::StorageDamaged => {
+                tracing::error!("{self}");
+            }
+            _ => {}
+        }
+    }
+}
+
+/// An error with all its causes, in one line.
+fn chain(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut source = error.source();
+    while let Some(cause) = source {
+        text = format!("{text}: {cause}");
+        source = cause.source();
+    }
+    text
+}
+
+impl From<storage::Error> for Error {
+    fn from(error: storage::Error) -> Self {
+        use storage::Error as Stored;
+        match error {
+            Stored::SessionKeyTaken { .. } => Self::SessionKeyTaken,
+            Stored::SessionFenced { newest } => Self::SessionFenced { newest: Some(newest) },
+            Stored::SessionClosed(_) => Self::SessionClosed,
+            Stored::EpochTooLarge { .. } => Self::field("epoch", error.to_string()),
+            Stored::Full => Self::StorageFull,
+            Stored::Busy => Self::StorageBusy,
+            Stored::Damaged(what) => {
+                tracing::error!(what, "the database is damaged");
+                Self::StorageDamaged
+            }
+            other => Self::internal(other),
+        }
+    }
+}
+
+impl From<Error> for tonic::Status {
+    fn from(error: Error) -> Self {
+        use tonic_types::{ErrorDetails, StatusExt};
+        error.log();
+        let mut details = ErrorDetails::new();
+        let metadata: std::collections::HashMap<String, String> =
+            error.metadata().into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        details.set_error_info(error.reason(), "meetpoint", metadata);
+        if let Some(delay) = error.retry_after() {
+            details.set_retry_info(Some(delay));
+        }
+        if let Error::InvalidField { field, problem } = &error {
+            details.add_bad_request_violation(field, problem);
+        }
+        Self::with_error_details(status(error.code()).1, error.to_string(), details)
+    }
+}

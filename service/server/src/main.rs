@@ -1,0 +1,49 @@
+//! The binary `meetpoint`.
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use meetpoint_server::{commands, demo, replay};
+
+/// A mapping service for indoor robot fleets.
+#[derive(Debug, Parser)]
+#[command(name = "meetpoint", version, arg_required_else_help = true)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// The whole service with simulated robots: a site to look at, in a new folder
+    Demo(demo::DemoArgs),
+    /// The service: gRPC and REST on one port
+    Serve(commands::serve::ServeArgs),
+    /// Send recorded data as a robot would
+    Replay(replay::ReplayArgs),
+    /// Save a map's grid, or draw it here
+    Map(commands::map::MapArgs),
+    /// Save a session's trajectory
+    Trajectory(commands::trajectory::TrajectoryArgs),
+    /// Compute all that is derived again from the journal, into a new version
+    Rebuild(commands::rebuild::RebuildArgs),
+}
+
+#[tokio::main]
+async fn main() -> ExitCode {
+    let done = match Arguments::parse().command {
+        Command::Demo(args) => demo::run(args).await,
+        Command::Serve(args) => commands::serve::run(args).await,
+        Command::Replay(args) => replay::run(args).await,
+        Command::Map(args) => commands::map::run(args).await,
+        Command::Trajectory(args) => commands::trajectory::run(args).await,
+        Command::Rebuild(args) => commands::rebuild::run(args).await,
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("meetpoint: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,10 @@
+//! Maps that grow as batches arrive: one actor a map, over the journal.
+
+mod actor;
+mod actors;
+mod checkpoint;
+mod map_state;
+mod snapshot;
+
+pub(crate) use actors::Actors;
+pub(crate) use map_state::MapState;

@@ -1,0 +1,370 @@
+//! The actor of one map: reads the journal on, maps, and saves versions.
+//!
+//! The journal is the queue: memory holds a few entries read ahead, however far mapping is behind.
+//! What a crash interrupts is mapped again from the last version, with the same bits, because
+//! versions are cut at places in the journal and not by the clock. (A version is also made when
+//! nothing came for a while; that changes the numbers of versions, never what they hold.)
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use meetpoint_storage::{
+    JournalEntry, JournalSeq, MapId, MapLease, MapRecord, NewSnapshot, VersionRecord,
+};
+use meetpoint_tracking::MappingParams;
+use tokio::task::JoinHandle;
+
+use super::actors::{Mailbox, Replacement, Shared};
+use super::checkpoint;
+use super::map_state::{Applied, MapState};
+use super::snapshot::{Draft, SavedTiles};
+use crate::live::{Event, SessionProgress};
+use crate::convert::job::REBUILD;
+use crate::{clock, convert, error::Error, operations::tiles};
+
+/// Waits between attempts after the store failed: short enough that a robot notices nothing.
+const RETRY_FIRST: Duration = Duration::from_millis(500);
+/// The longest wait between attempts.
+const RETRY_LONGEST: Duration = Duration::from_secs(30);
+
+/// Runs a map's actor until it is idle for long or the service stops.
+pub(super) async fn run(shared: Arc<Shared>, map: MapId, mailbox: Arc<Mailbox>) {
+    let mut wait = RETRY_FIRST;
+    loop {
+        match live(&shared, &map, &mailbox).await {
+            Ok(()) if shared.stop.is_cancelled() => return shared.remove(&map),
+            Ok(()) if shared.retire(&map, &mailbox) => return,
+            Ok(()) => wait = RETRY_FIRST,
+            Err(error) => {
+                error.log();
+                tracing::warn!(map = map.as_str(), %error, "mapping halts, the journal goes on");
+                metrics::counter!("meetpoint_mapping_failures").increment(1);
+                tokio::select! {
+                    () = tokio::time::sleep(wait) => {}
+                    () = shared.stop.cancelled() => return shared.remove(&map),
+                }
+                wait = (wait * 2).min(RETRY_LONGEST);
+            }
+        }
+    }
+}
+
+/// What versions come from, as they name it.
+const TRACKING: &str = "tracking";
+
+/// A map's state and the tiles that the store already has.
+struct Work {
+    state: MapState,
+    saved: SavedTiles,
+}
+
+/// What a stretch of computing left.
+struct Advanced {
+    work: Work,
+    left: VecDeque<JournalEntry>,
+    applied: Vec<Applied>,
+    draft: Option<Draft>,
+    computing: Duration,
+}
+
+struct Actor<'a> {
+    shared: &'a Shared,
+    record: MapRecord,
+    lease: MapLease,
+    saving: Option<JoinHandle<Result<VersionRecord, Error>>>,
+}
+
+/// One life of the actor: from taking the lease to going idle.
+async fn live(shared: &Shared, map: &MapId, mailbox: &Mailbox) -> Result<(), Error> {
+    let record = shared.store.map(map).await?.ok_or_else(|| Error::NoSuchMap(map.0.clone()))?;
+    let Some(lease) = take_lease(shared, map).await? else { return Ok(()) };
+    let renewing = tokio::spawn(renew(
+        shared.store.clone(),
+        lease.clone(),
+        shared.settings.lease_ttl_s,
+    ));
+    let mut actor = Actor { shared, record, lease: lease.clone(), saving: None };
+    let lived = actor.follow_journal(mailbox).await;
+    let saved = actor.saved().await.map(|_| ());
+    renewing.abort();
+    shared.store.release_map_lease(&lease).await?;
+    lived.and(saved)
+}
+
+impl Actor<'_> {
+    async fn follow_journal(&mut self, mailbox: &Mailbox) -> Result<(), Error> {
+        let settings = &self.shared.settings;
+        let mut work = self.restore().await?;
+        for (session, mapped_through) in work.state.progress() {
+            self.shared.live.progress(session, SessionProgress { mapped_through, correction: None });
+        }
+        let mut entries = self.read(work.state.position()).await?;
+        let mut idle_since = Instant::now();
+        loop {
+            if self.shared.stop.is_cancelled() {
+                return self.save_rest(work).await;
+            }
+            if let Some(replacement) = mailbox.replacement() {
+                work = self.replace(work, replacement).await?;
+                entries = self.read(work.state.position()).await?;
+            }
+            if let Some(last) = entries.back().map(|entry| entry.seq) {
+                let ahead = tokio::spawn(read(
+                    self.shared.store.clone(),
+                    self.record.id.clone(),
+                    last,
+                    settings.read_ahead_n_max,
+                    settings.read_ahead_bytes_max,
+                ));
+                work = self.map(work, entries).await?;
+                entries = ahead.await.map_err(Error::internal)??;
+                idle_since = Instant::now();
+                continue;
+            }
+            let idle = if work.state.is_saved() {
+                Duration::from_secs(settings.idle_stop_s)
+            } else {
+                Duration::from_millis(settings.idle_snapshot_ms)
+            };
+            tokio::select! {
+                () = mailbox.woken.notified() => {}
+                () = self.shared.stop.cancelled() => {}
+                () = tokio::time::sleep(idle.saturating_sub(idle_since.elapsed())) => {
+                    if work.state.is_saved() {
+                        return Ok(());
+                    }
+                    work = self.snapshot(work, TRACKING).await?;
+                    idle_since = Instant::now();
+                }
+            }
+            entries = self.read(work.state.position()).await?;
+        }
+    }
+
+    /// Maps all of `entries`, saving versions where they are due.
+    async fn map(
+        &mut self,
+        mut work: Work,
+        mut entries: VecDeque<JournalEntry>,
+    ) -> Result<Work, Error> {
+        let snapshot_scans = self.shared.settings.snapshot_scans;
+        while !entries.is_empty() {
+            let _thread = self.shared.threads.acquire().await.map_err(|_| Error::Stopping)?;
+            let advanced =
+                tokio::task::spawn_blocking(move || advance(work, entries, snapshot_scans))
+                    .await
+                    .map_err(Error::internal)??;
+            let Advanced { work: advanced_work, left, applied, draft, computing } = advanced;
+            (work, entries) = (advanced_work, left);
+            self.tell(&applied, computing);
+            if let Some(draft) = draft {
+                self.save(draft, TRACKING).await?;
+            }
+        }
+        Ok(work)
+    }
+
+    /// Takes a state that was computed apart, brings it to where the own one was, and saves it.
+    async fn replace(&mut self, work: Work, replacement: Replacement) -> Result<Work, Error> {
+        let Replacement { state, done } = replacement;
+        let reached = work.state.position();
+        let mut work = Work { state, saved: SavedTiles::default() };
+        while work.state.position() < reached {
+            let entries = self.read(work.state.position()).await?;
+            work = self.map(work, entries).await?;
+        }
+        let work = self.snapshot(work, REBUILD).await?;
+        if let Some(version) = self.saved().await? {
+            // A job that was given up meanwhile does not need to know.
+            let _ = done.send(version.number);
+        }
+        Ok(work)
+    }
+
+    /// Tells streams and watchers how far their sessions are.
+    fn tell(&self, applied: &[Applied], computing: Duration) {
+        let live = &self.shared.live;
+        let n_scans: u64 = applied.iter().map(|entry| entry.n_scans).sum();
+        let advanced_ns: i64 = applied.iter().map(|entry| entry.advanced_ns).sum();
+        metrics::counter!("meetpoint_scans_mapped").increment(n_scans);
+        if n_scans > 0 && !computing.is_zero() {
+            let ratio = advanced_ns as f64 * 1e-9 / computing.as_secs_f64();
+            metrics::gauge!("meetpoint_real_time_ratio", "map" => self.record.id.0.clone())
+                .set(ratio);
+        }
+        for entry in applied {
+            let Some(session) = entry.session else { continue };
+            let correction = entry.correction.clone();
+            let mapped_through = entry.mapped_through;
+            let before = live.session(session).and_then(|progress| progress.correction);
+            live.progress(
+                session,
+                SessionProgress { mapped_through, correction: correction.clone().or(before) },
+            );
+            if let Some(correction) = correction {
+                let event = convert::session::correction_event(session, correction);
+                live.announce(self.record.id.clone(), Event::Correction(event));
+            }
+            if entry.ended {
+                live.forget(session);
+            }
+        }
+    }
+
+    async fn restore(&self) -> Result<Work, Error> {
+        let (params, resolution_m) = (MappingParams::INDOOR, self.record.resolution_m);
+        let store = &self.shared.store;
+        if let Some(saved) = store.checkpoint(&self.record.id).await? {
+            let hashes: Vec<_> = saved.tiles.iter().map(|(_, hash)| *hash).collect();
+            let tiles = tiles::load(store, &saved.tiles, &tiles::Known::default()).await?;
+            let known = SavedTiles::restored(&tiles, &hashes);
+            match checkpoint::restore(params, resolution_m, saved.journal_seq, &saved.state, tiles)
+            {
+                Ok(state) => return Ok(Work { state, saved: known }),
+                Err(error) => {
+                    error.log();
+                    let map = self.record.id.as_str();
+                    tracing::warn!(map, "the map is made anew from its journal");
+                }
+            }
+        }
+        let state = MapState::new(params, resolution_m)?;
+        Ok(Work { state, saved: SavedTiles::default() })
+    }
+
+    async fn read(&self, after: JournalSeq) -> Result<VecDeque<JournalEntry>, Error> {
+        let settings = &self.shared.settings;
+        let (n_max, bytes_max) = (settings.read_ahead_n_max, settings.read_ahead_bytes_max);
+        read(self.shared.store.clone(), self.record.id.clone(), after, n_max, bytes_max).await
+    }
+
+    /// Saves what is not saved yet, at the end.
+    async fn save_rest(&mut self, work: Work) -> Result<(), Error> {
+        if !work.state.is_saved() {
+            self.snapshot(work, TRACKING).await?;
+        }
+        self.saved().await.map(|_| ())
+    }
+
+    async fn snapshot(&mut self, mut work: Work, origin: &'static str) -> Result<Work, Error> {
+        let drafted = tokio::task::spawn_blocking(move || {
+            let draft = work.saved.draft(&mut work.state);
+            (work, draft)
+        });
+        let (work, draft) = drafted.await.map_err(Error::internal)?;
+        self.save(draft, origin).await?;
+        Ok(work)
+    }
+
+    /// Begins to save a version, once the one before it is saved.
+    async fn save(&mut self, draft: Draft, origin: &'static str) -> Result<(), Error> {
+        self.saved().await?;
+        let snapshot = draft.into_snapshot(self.lease.clone(), origin, clock::now_ns());
+        let (store, live) = (self.shared.store.clone(), self.shared.live.clone());
+        let stop = self.shared.stop.clone();
+        self.saving = Some(tokio::spawn(async move {
+            let version = save_stubbornly(&store, &snapshot, &stop).await?;
+            let event = Event::Version(convert::map::version_to_wire(&version));
+            live.announce(version.map.clone(), event);
+            Ok(version)
+        }));
+        Ok(())
+    }
+
+    /// Waits until the version that is being saved is saved.
+    async fn saved(&mut self) -> Result<Option<VersionRecord>, Error> {
+        match self.saving.take() {
+            Some(saving) => saving.await.map_err(Error::internal)?.map(Some),
+            None => Ok(None),
+        }
+    }
+}
+
+/// Computes until a version is due or the entries are done.
+fn advance(
+    mut work: Work,
+    mut left: VecDeque<JournalEntry>,
+    snapshot_scans: u64,
+) -> Result<Advanced, Error> {
+    let begun = Instant::now();
+    let mut applied = Vec::with_capacity(left.len());
+    let mut due = false;
+    while !due && let Some(entry) = left.pop_front() {
+        let done = work.state.apply(entry)?;
+        due = done.ended || work.state.n_scans_since_snapshot() >= snapshot_scans;
+        applied.push(done);
+    }
+    let computing = begun.elapsed();
+    let draft = due.then(|| work.saved.draft(&mut work.state));
+    Ok(Advanced { work, left, applied, draft, computing })
+}
+
+async fn read(
+    store: meetpoint_storage::Store,
+    map: MapId,
+    after: JournalSeq,
+    n_entries_max: u32,
+    n_bytes_max: usize,
+) -> Result<VecDeque<JournalEntry>, Error> {
+    Ok(store.journal(&map, after, n_entries_max, n_bytes_max).await?.into())
+}
+
+/// A full disk or a locked database is waited for: the map stays in memory meanwhile.
+async fn save_stubbornly(
+    store: &meetpoint_storage::Store,
+    snapshot: &NewSnapshot,
+    stop: &tokio_util::sync::CancellationToken,
+) -> Result<VersionRecord, Error> {
+    let mut wait = RETRY_FIRST;
+    loop {
+        let begun = Instant::now();
+        let saved = store.save_snapshot(snapshot).await.map_err(Error::from);
+        metrics::histogram!("meetpoint_database_seconds", "what" => "save_snapshot")
+            .record(begun.elapsed().as_secs_f64());
+        match saved {
+            Err(error @ (Error::StorageFull | Error::StorageBusy)) if !stop.is_cancelled() => {
+                error.log();
+                metrics::counter!("meetpoint_snapshot_failures").increment(1);
+            }
+            settled => return settled,
+        }
+        tokio::time::sleep(wait).await;
+        wait = (wait * 2).min(RETRY_LONGEST);
+    }
+}
+
+/// Waits until the map is ours; `None` if the service stops first.
+async fn take_lease(shared: &Shared, map: &MapId) -> Result<Option<MapLease>, Error> {
+    let ttl = Duration::from_secs(u64::from(shared.settings.lease_ttl_s));
+    loop {
+        let taken = shared
+            .store
+            .acquire_map_lease(map, shared.owner, clock::now_ns(), nanoseconds(ttl))
+            .await?;
+        if taken.is_some() {
+            return Ok(taken);
+        }
+        tokio::select! {
+            () = tokio::time::sleep(ttl / 3) => {}
+            () = shared.stop.cancelled() => return Ok(None),
+        }
+    }
+}
+
+/// Renews a lease until it is lost. Whoever lost it notices when saving, by the fence.
+async fn renew(store: meetpoint_storage::Store, lease: MapLease, ttl_s: u32) {
+    let ttl = Duration::from_secs(u64::from(ttl_s));
+    loop {
+        tokio::time::sleep(ttl / 3).await;
+        match store.renew_map_lease(&lease, clock::now_ns(), nanoseconds(ttl)).await {
+            Ok(true) => {}
+            Ok(false) => return tracing::warn!(map = lease.map.as_str(), "the lease is lost"),
+            Err(error) => Error::from(error).log(),
+        }
+    }
+}
+
+fn nanoseconds(duration: Duration) -> i64 {
+    i64::try_from(duration.as_nanos()).unwrap_or(i64::MAX)
+}

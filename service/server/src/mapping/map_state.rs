@@ -1,0 +1,243 @@
+//! All that mapping knows of one map: a pure function of the journal, entry by entry.
+
+use std::collections::BTreeMap;
+
+use meetpoint_geometry::Pose;
+use meetpoint_proto::v1;
+use meetpoint_storage::{JournalEntry, JournalEvent, JournalSeq, PoseRecord, SessionId};
+use meetpoint_tracking::{Estimate, LiveMap, MappingParams, SessionConfig, SessionKey};
+use prost::Message;
+
+use crate::convert::{observation, pose, sensor, sensor::DeclaredSensor, session};
+use crate::error::Error;
+
+/// A map as it grows.
+pub(crate) struct MapState {
+    pub(super) params: MappingParams,
+    pub(super) resolution_m: f64,
+    /// The site's frame: sessions of known start, and later merged ones.
+    pub(super) site: LiveMap,
+    /// Sessions of unknown start, each in a frame of its own.
+    pub(super) unplaced: BTreeMap<SessionId, LiveMap>,
+    /// Sessions that have not ended.
+    pub(super) sessions: BTreeMap<SessionId, OpenSession>,
+    /// Poses since the last snapshot.
+    pub(super) poses: BTreeMap<SessionId, NewPoses>,
+    /// Journal entries up to this one are in.
+    pub(super) position: JournalSeq,
+    /// Scans since the last snapshot.
+    pub(super) n_scans_since_snapshot: u64,
+}
+
+/// A session that sends.
+#[derive(Debug)]
+pub(super) struct OpenSession {
+    pub(super) declaration: Vec<u8>,
+    pub(super) sensors: Vec<DeclaredSensor>,
+    /// Present once the session has a place in the map.
+    pub(super) map_from_session: Option<Pose>,
+    pub(super) mapped_through: u64,
+    /// Poses of its trajectory so far.
+    pub(super) n_poses: u64,
+}
+
+/// Poses to be written, and where they stand in the trajectory.
+#[derive(Debug, Default)]
+pub(super) struct NewPoses {
+    pub(super) first_index: u64,
+    pub(super) poses: Vec<PoseRecord>,
+}
+
+/// What an entry did.
+#[derive(Debug, Default)]
+pub(crate) struct Applied {
+    /// The session it belongs to.
+    pub(crate) session: Option<SessionId>,
+    /// Batches of that session up to this number are in.
+    pub(crate) mapped_through: u64,
+    /// The newest pose.
+    pub(crate) correction: Option<v1::PoseCorrection>,
+    /// Laser scans mapped.
+    pub(crate) n_scans: u64,
+    /// Time that the robot's clock advanced, nanoseconds.
+    pub(crate) advanced_ns: i64,
+    /// A session ended: the map is complete as far as it is concerned.
+    pub(crate) ended: bool,
+}
+
+impl MapState {
+    /// An empty map.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] for a resolution that no map can have.
+    pub(crate) fn new(params: MappingParams, resolution_m: f64) -> Result<Self, Error> {
+        Ok(Self {
+            params,
+            resolution_m,
+            site: empty_map(&params, resolution_m)?,
+            unplaced: BTreeMap::new(),
+            sessions: BTreeMap::new(),
+            poses: BTreeMap::new(),
+            position: JournalSeq(0),
+            n_scans_since_snapshot: 0,
+        })
+    }
+
+    /// The place in the journal up to which everything is in.
+    pub(crate) fn position(&self) -> JournalSeq {
+        self.position
+    }
+
+    /// True if there is nothing that the last snapshot lacks.
+    pub(crate) fn is_saved(&self) -> bool {
+        self.n_scans_since_snapshot == 0 && self.poses.values().all(|new| new.poses.is_empty())
+    }
+
+    /// Scans since the last snapshot.
+    pub(crate) fn n_scans_since_snapshot(&self) -> u64 {
+        self.n_scans_since_snapshot
+    }
+
+    /// How far each open session is.
+    pub(crate) fn progress(&self) -> impl Iterator<Item = (SessionId, u64)> + '_ {
+        self.sessions.iter().map(|(&id, session)| (id, session.mapped_through))
+    }
+
+    /// Takes the next entry in.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the journal holds what ingest never lets through.
+    pub(crate) fn apply(&mut self, entry: JournalEntry) -> Result<Applied, Error> {
+        let JournalEntry { seq, receive_time_ns: _, event } = entry;
+        let applied = match event {
+            JournalEvent::SessionOpened { session, declaration, map_from_session } => {
+                self.open(session, declaration, map_from_session.map(pose::from_record))?;
+                Applied { session: Some(session), ..Applied::default() }
+            }
+            JournalEvent::Batch { session, number, payload, rejected } => {
+                self.batch(session, number, &payload, &rejected)?
+            }
+            JournalEvent::Skipped { session, from: _, through } => self.skip(session, through),
+            JournalEvent::SessionClosed { session } | JournalEvent::SessionFenced { session } => {
+                self.end(session)
+            }
+            JournalEvent::VersionPublished { .. } | JournalEvent::MapCreated { .. } => Applied::default(),
+        };
+        self.position = seq;
+        self.n_scans_since_snapshot += applied.n_scans;
+        Ok(applied)
+    }
+
+    fn open(
+        &mut self,
+        id: SessionId,
+        declaration: Vec<u8>,
+        map_from_session: Option<Pose>,
+    ) -> Result<(), Error> {
+        let sensors = sensor::sensors(&session::declaration(&declaration)?.sensors)?;
+        let config = SessionConfig {
+            map_from_start: map_from_session.unwrap_or(Pose::IDENTITY),
+            sensors: sensors.iter().map(|declared| declared.sensor.clone()).collect(),
+        };
+        let map = match map_from_session {
+            Some(_) => &mut self.site,
+            None => {
+                let own = empty_map(&self.params, self.resolution_m)?;
+                self.unplaced.entry(id).or_insert(own)
+            }
+        };
+        map.open_session(key(id), config);
+        let open =
+            OpenSession { declaration, sensors, map_from_session, mapped_through: 0, n_poses: 0 };
+        self.sessions.insert(id, open);
+        Ok(())
+    }
+
+    fn batch(
+        &mut self,
+        id: SessionId,
+        number: u64,
+        payload: &[u8],
+        rejected: &[u32],
+    ) -> Result<Applied, Error> {
+        let batch = v1::Batch::decode(payload).map_err(Error::internal)?;
+        let open = self
+            .sessions
+            .get_mut(&id)
+            .ok_or_else(|| Error::internal(format!("batch {number} of a session not open")))?;
+        let map = self.unplaced.get_mut(&id).unwrap_or(&mut self.site);
+        let new = self.poses.entry(id).or_insert_with(|| NewPoses {
+            first_index: open.n_poses,
+            poses: Vec::new(),
+        });
+        let mut applied = Applied { session: Some(id), mapped_through: number, ..Applied::default() };
+        let (mut first_ns, mut last_ns) = (i64::MAX, i64::MIN);
+        for (index, wire) in (0_u32..).zip(batch.observations) {
+            if rejected.contains(&index) {
+                continue;
+            }
+            applied.n_scans +=
+                u64::from(matches!(wire.kind, Some(v1::observation::Kind::LaserScan(_))));
+            let Some(observation) = observation::observation(wire, &open.sensors) else { continue };
+            first_ns = first_ns.min(observation.stamp_ns);
+            last_ns = last_ns.max(observation.stamp_ns);
+            if let Some(estimate) = map.apply(key(id), &observation) {
+                new.poses.push(pose_record(&estimate, open.map_from_session));
+                applied.correction = Some(correction(number, &estimate, &open.sensors));
+            }
+        }
+        open.n_poses = new.first_index + new.poses.len() as u64;
+        open.mapped_through = number;
+        applied.advanced_ns = last_ns.saturating_sub(first_ns).max(0);
+        Ok(applied)
+    }
+
+    fn skip(&mut self, id: SessionId, through: u64) -> Applied {
+        if let Some(open) = self.sessions.get_mut(&id) {
+            open.mapped_through = through;
+        }
+        self.unplaced.get_mut(&id).unwrap_or(&mut self.site).break_odometry(key(id));
+        Applied { session: Some(id), mapped_through: through, ..Applied::default() }
+    }
+
+    fn end(&mut self, id: SessionId) -> Applied {
+        self.unplaced.get_mut(&id).unwrap_or(&mut self.site).close_session(key(id));
+        let mapped_through = self.sessions.remove(&id).map_or(0, |open| open.mapped_through);
+        Applied { session: Some(id), mapped_through, ended: true, ..Applied::default() }
+    }
+}
+
+pub(super) fn empty_map(params: &MappingParams, resolution_m: f64) -> Result<LiveMap, Error> {
+    LiveMap::new(*params, resolution_m).map_err(|error| Error::internal(format!("{error:?}")))
+}
+
+pub(super) fn key(id: SessionId) -> SessionKey {
+    SessionKey(id.0.as_u128())
+}
+
+/// Stored poses are robot poses in the session's frame.
+fn pose_record(estimate: &Estimate, map_from_session: Option<Pose>) -> PoseRecord {
+    let session_from_map = map_from_session.map_or(Pose::IDENTITY, Pose::inverse);
+    let Pose { x_m, y_m, theta_rad } = session_from_map * estimate.map_from_robot;
+    PoseRecord {
+        stamp_ns: estimate.stamp_ns,
+        sensor: estimate.sensor.and_then(|sensor| u8::try_from(sensor).ok()),
+        lost: estimate.lost,
+        drawn: estimate.drawn,
+        x_m,
+        y_m,
+        theta_rad,
+    }
+}
+
+fn correction(number: u64, estimate: &Estimate, sensors: &[DeclaredSensor]) -> v1::PoseCorrection {
+    let sensor = estimate.sensor.and_then(|sensor| sensors.get(sensor));
+    v1::PoseCorrection {
+        batch_number: number,
+        stamp_ns: estimate.stamp_ns,
+        sensor_id: sensor.map_or_else(String::new, |declared| declared.id.clone()),
+        map_from_robot: Some(pose::to_wire(estimate.map_from_robot)),
+        map_from_odometry: Some(pose::to_wire(estimate.map_from_odometry)),
+        lost: estimate.lost,
+    }
+}

@@ -1,0 +1,12 @@
+//! What the service does, once; gRPC and REST only carry it.
+
+pub(crate) mod grids;
+pub(crate) mod jobs;
+pub(crate) mod maps;
+pub(crate) mod page;
+pub(crate) mod robots;
+pub(crate) mod sessions;
+pub(crate) mod tiles;
+pub(crate) mod trajectories;
+pub(crate) mod upload;
+pub(crate) mod versions;

@@ -1,0 +1,37 @@
+//! What every request works with.
+
+use std::sync::Arc;
+
+use meetpoint_storage::Store;
+use tokio_util::sync::CancellationToken;
+
+use crate::ingest::{JournalWriter, KnownSessions};
+use crate::live::Live;
+use crate::mapping::Actors;
+use crate::operations::grids::GridCache;
+use crate::settings::Settings;
+
+/// The service: operations are its methods, in `operations/`.
+#[derive(Clone)]
+pub struct Service(pub(crate) Arc<Parts>);
+
+/// What the service is made of.
+pub(crate) struct Parts {
+    pub(crate) settings: Settings,
+    pub(crate) store: Store,
+    pub(crate) live: Live,
+    pub(crate) actors: Actors,
+    pub(crate) journal: JournalWriter,
+    pub(crate) known_sessions: KnownSessions,
+    pub(crate) grids: GridCache,
+    /// Cancelled when the service stops: long streams end with it.
+    pub(crate) stop: CancellationToken,
+}
+
+impl std::ops::Deref for Service {
+    type Target = Parts;
+
+    fn deref(&self) -> &Parts {
+        &self.0
+    }
+}
