@@ -121,5 +121,5 @@ fn scans_show_the_walls_around() {
         }
     }
     let share = f64::from(n_right) / f64::from(n_all);
-    assert!((0.985..0.995).contains(&share), "{share} of {n_all} readings are right");
+    assert!((0.995..0.999).contains(&share), "{share} of {n_all} readings are right");
 }
