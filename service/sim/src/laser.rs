@@ -48,8 +48,12 @@ impl LaserNoise {
 
     /// An indoor laser in use: 1 cm, as data sheets of such lasers say, and three readings in a
     /// thousand that are wrong, mostly too short: walls of glass are rare and would be drawn open.
-    pub const INDOOR: Self =
-        Self { range_std_m: 0.01, random_share: 0.002, short_share: 0.003, no_return_share: 0.005 };
+    pub const INDOOR: Self = Self {
+        range_std_m: 0.01,
+        random_share: 0.0002,
+        short_share: 0.002,
+        no_return_share: 0.0005,
+    };
 }
 
 impl Laser {
