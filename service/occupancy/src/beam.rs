@@ -94,7 +94,7 @@ impl BeamModel {
         decay: 0.9999,
         hit_weight: 0.2,
         hit_range_max_m: 40.0,
-        clear_range_max_m: 20.0,
+        clear_range_max_m: 5.0,
     };
 
     /// A cell's log-odds after one more reading that adds `evidence`: decayed towards the prior,

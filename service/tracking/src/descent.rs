@@ -16,14 +16,6 @@ use meetpoint_geometry::{Point2, Pose, angle_between};
 use crate::field::Field;
 use crate::search::Prior;
 
-/// What the descent found.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Descent {
-    pub(crate) pose: Pose,
-    /// Mean of the field over the points at that pose, in 0..=1.
-    pub(crate) agreement: f64,
-}
-
 /// Steps shorter than this in metres and radians change nothing that matters.
 const STEP_MIN: f64 = 1e-4;
 
@@ -34,17 +26,16 @@ struct Normal {
     hessian: [f64; 6],
     gradient: [f64; 3],
     cost: f64,
-    agreement: f64,
 }
 
-/// Descends from `start`. `points` are in the robot's frame.
+/// The pose to which the descent from `start` leads. `points` are in the robot's frame.
 pub(crate) fn descend(
     field: &Field,
     points: &[Point2<f64>],
     start: Pose,
     prior: &Prior,
     n_iterations_max: u32,
-) -> Descent {
+) -> Pose {
     let mut pose = start;
     let mut normal = normal(field, points, pose, prior);
     let mut damping = 1e-4;
@@ -63,7 +54,7 @@ pub(crate) fn descend(
             break;
         }
     }
-    Descent { pose, agreement: normal.agreement }
+    pose
 }
 
 fn normal(field: &Field, points: &[Point2<f64>], pose: Pose, prior: &Prior) -> Normal {
@@ -74,7 +65,6 @@ fn normal(field: &Field, points: &[Point2<f64>], pose: Pose, prior: &Prior) -> N
         let (value, gx, gy) = field.interpolate(Point2::new(pose.x_m + rx, pose.y_m + ry));
         let gt = rx * gy - ry * gx;
         let short = 1.0 - value;
-        sums.agreement += value;
         sums.cost += 0.5 * short * short;
         sums.gradient[0] += short * gx;
         sums.gradient[1] += short * gy;
@@ -85,7 +75,6 @@ fn normal(field: &Field, points: &[Point2<f64>], pose: Pose, prior: &Prior) -> N
         }
     }
     let share = 1.0 / points.len().max(1) as f64;
-    sums.agreement *= share;
     sums.cost *= share;
     sums.gradient.iter_mut().for_each(|sum| *sum *= share);
     sums.hessian.iter_mut().for_each(|sum| *sum *= share);

@@ -52,7 +52,7 @@ pub(crate) struct Field {
     radius: i32,
     /// For each place in a cell, the values around it: a square of `2 radius + 1` cells.
     kernels: Vec<Vec<u8>>,
-    places: HashMap<TileIndex, u32, BuildHasherDefault<TileHasher>>,
+    places: HashMap<TileIndex, u32, TileHashing>,
     tiles: Vec<FieldTile>,
 }
 
@@ -147,6 +147,11 @@ impl Field {
     #[inline]
     pub(crate) fn tile(&self, index: TileIndex) -> Option<&FieldTile> {
         self.places.get(&index).map(|&place| &self.tiles[place as usize])
+    }
+
+    /// The stored tiles, in no order that may matter.
+    pub(crate) fn tiles(&self) -> impl Iterator<Item = (TileIndex, &FieldTile)> {
+        self.places.iter().map(|(&index, &place)| (index, &self.tiles[place as usize]))
     }
 
     #[expect(clippy::cast_possible_truncation, reason = "memory ends far below 2³² tiles")]
@@ -316,6 +321,9 @@ pub(crate) fn floor_cell(u: f64, v: f64) -> Cell {
     const FAR: f64 = (1 << 28) as f64;
     Cell { x: u.floor().clamp(-FAR, FAR) as i32, y: v.floor().clamp(-FAR, FAR) as i32 }
 }
+
+/// Hashing for maps of tiles.
+pub(crate) type TileHashing = BuildHasherDefault<TileHasher>;
 
 /// Multiplies and rotates: tile indices are small numbers that nobody chooses to collide.
 #[derive(Clone, Copy, Debug, Default)]

@@ -3,6 +3,7 @@
 mod descent;
 mod field;
 mod live_map;
+mod matcher;
 mod observation;
 mod odometry;
 mod params;
@@ -10,6 +11,7 @@ mod points;
 mod search;
 mod state;
 mod tracker;
+mod wide_search;
 
 pub use live_map::LiveMap;
 pub use observation::{

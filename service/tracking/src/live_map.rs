@@ -7,6 +7,7 @@ use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 use meetpoint_occupancy::{Grid, LaserGeometry, ScanMarks, Tile, TileIndex};
 
 use crate::field::Field;
+use crate::matcher::Chart;
 use crate::observation::{
     Estimate, Observation, ObservationKind, SensorKind, SessionConfig, SessionKey,
 };
@@ -112,7 +113,8 @@ impl LiveMap {
         let tracker = self.sessions.get_mut(&key)?;
         let range_max_m = self.params.matching.range_max_m;
         let points = hit_points(robot_from_sensor, &geometry, ranges_m, range_max_m);
-        let tracked = tracker.track(stamp_ns, &points, (&self.grid, &self.field), &self.params);
+        let chart = Chart { grid: &self.grid, field: &self.field };
+        let tracked = tracker.track(stamp_ns, &points, chart, &self.params);
         if tracked.draw {
             let map_from_sensor = tracked.map_from_robot * robot_from_sensor;
             let model = &self.params.beam_model;

@@ -54,20 +54,39 @@ pub struct MatchParams {
     pub n_iterations_max: u32,
 }
 
-/// When a scan is believed and drawn.
+/// When a scan is believed and drawn. Agreement is the mean of the likelihood field over the hits of
+/// a scan that fall on mapped space; the shares below are of what is usual for the session.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrustParams {
-    /// Agreement with the map, as a share of what is usual for the session, below which the
-    /// tracker is lost.
-    pub agreement_share_min: f64,
+    /// What counts as usual when a session opens, in 0..=1.
+    pub usual_agreement_start: f64,
+    /// How fast "usual" follows, as a share of the way with each scan that is not lost.
+    pub usual_weight: f64,
     /// Share of the scan's hits that must fall on mapped space for the map to have a say.
     pub known_share_min: f64,
-    /// How fast "usual" follows, as a share of the way with each scan.
-    pub usual_weight: f64,
-    /// Half the window that a lost tracker searches first, in metres.
+    /// Below this share of the usual agreement the search is widened.
+    pub doubt_share: f64,
+    /// Below this share a scan is not drawn.
+    pub draw_share: f64,
+    /// Below this share the tracker is lost, and searches widely.
+    pub lost_share: f64,
+    /// Half the window of a search in doubt, in metres.
+    pub doubt_half_m: f64,
+    /// Half the window of a search in doubt, in radians.
+    pub doubt_half_rad: f64,
+    /// Half the window that a tracker searches that has lost its way or begins, in metres.
     pub lost_half_m: f64,
-    /// Half the window that a lost tracker searches first, in radians.
+    /// Half the window that a tracker searches that has lost its way or begins, in radians; all
+    /// headings from the second scan in vain on.
     pub lost_half_rad: f64,
+    /// What the half window grows by with each scan in vain, in metres.
+    pub lost_half_growth_m: f64,
+    /// The half window grows up to this, in metres.
+    pub lost_half_max_m: f64,
+    /// After this many scans in vain only every so many-th is searched widely.
+    pub n_lost_scans_max: u32,
+    /// Step of the headings of the wider searches, in radians.
+    pub wide_step_rad: f64,
     /// A scan is drawn if the robot moved this far since it drew the last, in metres...
     pub draw_distance_m: f64,
     /// ...or turned this far, in radians.
@@ -78,7 +97,7 @@ impl MappingParams {
     /// For 2-D lasers on wheeled robots in buildings; found on three public logs together.
     pub const INDOOR: Self = Self {
         beam_model: BeamModel::INDOOR,
-        field: FieldParams { hit_std_m: 0.08, occupied_log_odds_min: 0.0 },
+        field: FieldParams { hit_std_m: 0.05, occupied_log_odds_min: 0.0 },
         matching: MatchParams {
             range_max_m: 40.0,
             n_search_points_max: 64,
@@ -93,13 +112,22 @@ impl MappingParams {
             n_iterations_max: 10,
         },
         trust: TrustParams {
-            agreement_share_min: 0.6,
-            known_share_min: 0.1,
+            usual_agreement_start: 0.8,
             usual_weight: 0.02,
+            known_share_min: 0.1,
+            doubt_share: 0.85,
+            draw_share: 0.7,
+            lost_share: 0.55,
+            doubt_half_m: 0.4,
+            doubt_half_rad: 20.0 * PI / 180.0,
             lost_half_m: 1.5,
             lost_half_rad: PI / 2.0,
-            draw_distance_m: 0.1,
-            draw_turn_rad: 5.0 * PI / 180.0,
+            lost_half_growth_m: 0.25,
+            lost_half_max_m: 6.0,
+            n_lost_scans_max: 8,
+            wide_step_rad: PI / 180.0,
+            draw_distance_m: 0.25,
+            draw_turn_rad: 8.0 * PI / 180.0,
         },
     };
 }

@@ -6,12 +6,17 @@
 //! correlative scan matching", ICRA 2009, with the loops turned inside out. Time
 //! O(headings * blocks * points).
 
-use meetpoint_geometry::{Cell, Point2, Pose};
+use std::f64::consts::PI;
+
+use meetpoint_geometry::{Cell, Point2, Pose, angle_between};
 
 use crate::field::{BLOCK_CELLS, FULL, Field, STRIDE, floor_cell, stored_place, tile_place};
 
 /// Points that a search may have: more could overflow the sums.
 pub(crate) const N_POINTS_MAX: usize = 256;
+
+/// No window has more steps to a side, whatever the parameters say.
+const N_STEPS_MAX: f64 = 1024.0;
 
 /// Where to search.
 #[derive(Clone, Copy, Debug)]
@@ -41,7 +46,7 @@ pub(crate) struct Prior {
 impl Prior {
     pub(crate) fn loss(&self, pose: Pose) -> f64 {
         let (dx, dy) = (pose.x_m - self.center.x_m, pose.y_m - self.center.y_m);
-        let turn = meetpoint_geometry::angle_between(self.center.theta_rad, pose.theta_rad);
+        let turn = angle_between(self.center.theta_rad, pose.theta_rad);
         let loss = self.gain_per_m2 * (dx * dx + dy * dy) + self.gain_per_rad2 * turn * turn;
         loss.min(self.loss_max)
     }
@@ -53,6 +58,13 @@ pub(crate) struct Candidate {
     pub(crate) pose: Pose,
     /// Mean of the field less the prior's loss.
     pub(crate) score: f64,
+}
+
+impl Window {
+    /// Half the window in cells.
+    pub(crate) fn half_cells(&self, resolution_m: f64) -> i32 {
+        whole_steps(self.half_m / resolution_m)
+    }
 }
 
 /// The best pose of the window's lattice; of equals the first in the order of search, which goes
@@ -69,33 +81,46 @@ pub(crate) fn best_in_window(
     if points.is_empty() || !window.center.is_finite() {
         return best;
     }
+    let half = window.half_cells(field.resolution_m());
     let mut cells = Vec::with_capacity(points.len());
-    for turn in turns(window) {
-        let center = window.center;
-        let heading = Pose::new(center.x_m, center.y_m, center.theta_rad + turn);
-        place_points(field, points, heading, &mut cells);
-        search_shifts(field, &cells, (heading, window.half_m), prior, &mut best);
+    for pose in headings(window) {
+        place_points(field, points, pose, &mut cells);
+        for low in block_lows(half) {
+            search_block(field, &cells, (pose, half), low, (prior, &mut best));
+        }
     }
     best
 }
 
-/// Headings from the middle of the window: 0, 1, -1, 2, -2... steps.
-fn turns(window: &Window) -> impl Iterator<Item = f64> {
-    let n = half_steps(window.half_rad / window.step_rad);
-    let step_rad = window.step_rad;
+/// The window's headings at its middle, from the middle heading outwards: 0, 1, -1, 2, -2... steps.
+pub(crate) fn headings(window: &Window) -> impl Iterator<Item = Pose> {
+    let Window { center, step_rad, .. } = *window;
+    let n = whole_steps(window.half_rad.min(PI) / step_rad);
     (0..=2 * n).map(move |i| {
         let steps = f64::from((i + 1) / 2);
-        if i % 2 == 1 { steps * step_rad } else { -steps * step_rad }
+        let turn_rad = if i % 2 == 1 { steps * step_rad } else { -steps * step_rad };
+        Pose::new(center.x_m, center.y_m, center.theta_rad + turn_rad)
     })
 }
 
+/// The lowest shifts of the blocks that cover the shifts from `-half` to `half` cells.
+pub(crate) fn block_lows(half: i32) -> impl Iterator<Item = Cell> {
+    let lows = move || (-half..=half).step_by(BLOCK_CELLS);
+    lows().flat_map(move |y| lows().map(move |x| Cell { x, y }))
+}
+
 #[expect(clippy::cast_possible_truncation, reason = "clamped")]
-fn half_steps(steps: f64) -> i32 {
-    steps.ceil().clamp(0.0, 4096.0) as i32
+fn whole_steps(steps: f64) -> i32 {
+    steps.ceil().clamp(0.0, N_STEPS_MAX) as i32
 }
 
 /// The cells of the points seen from a pose.
-fn place_points(field: &Field, points: &[Point2<f64>], pose: Pose, cells: &mut Vec<Cell>) {
+pub(crate) fn place_points(
+    field: &Field,
+    points: &[Point2<f64>],
+    pose: Pose,
+    cells: &mut Vec<Cell>,
+) {
     let resolution_m = field.resolution_m();
     let (sin, cos) = pose.theta_rad.sin_cos();
     cells.clear();
@@ -106,36 +131,32 @@ fn place_points(field: &Field, points: &[Point2<f64>], pose: Pose, cells: &mut V
     }));
 }
 
-/// All shifts by whole cells within the half window, block by block.
-fn search_shifts(
+/// Raises `best` to the best shift of a block. `cells` are those of the points at `heading`; shifts
+/// beyond `half` are left out.
+pub(crate) fn search_block(
     field: &Field,
     cells: &[Cell],
-    (heading, half_m): (Pose, f64),
-    prior: &Prior,
-    best: &mut Candidate,
+    (heading, half): (Pose, i32),
+    low: Cell,
+    (prior, best): (&Prior, &mut Candidate),
 ) {
     let resolution_m = field.resolution_m();
-    let half = half_steps(half_m / resolution_m);
-    for low_y in (-half..=half).step_by(BLOCK_CELLS) {
-        for low_x in (-half..=half).step_by(BLOCK_CELLS) {
-            let sums = block_sums(field, cells, Cell { x: low_x, y: low_y });
-            let scale = 1.0 / (FULL * cells.len() as f64);
-            for (y, row) in (low_y..=half).zip(sums.chunks_exact(BLOCK_CELLS)) {
-                for (x, &sum) in (low_x..=half).zip(row) {
-                    let mean = f64::from(sum) * scale;
-                    if mean <= best.score {
-                        continue;
-                    }
-                    let pose = Pose {
-                        x_m: heading.x_m + f64::from(x) * resolution_m,
-                        y_m: heading.y_m + f64::from(y) * resolution_m,
-                        ..heading
-                    };
-                    let score = mean - prior.loss(pose);
-                    if score > best.score {
-                        *best = Candidate { pose, score };
-                    }
-                }
+    let sums = block_sums(field, cells, low);
+    let scale = 1.0 / (FULL * cells.len() as f64);
+    for (y, row) in (low.y..=half).zip(sums.chunks_exact(BLOCK_CELLS)) {
+        for (x, &sum) in (low.x..=half).zip(row) {
+            let mean = f64::from(sum) * scale;
+            if mean <= best.score {
+                continue;
+            }
+            let pose = Pose {
+                x_m: heading.x_m + f64::from(x) * resolution_m,
+                y_m: heading.y_m + f64::from(y) * resolution_m,
+                ..heading
+            };
+            let score = mean - prior.loss(pose);
+            if score > best.score {
+                *best = Candidate { pose, score };
             }
         }
     }

@@ -136,6 +136,7 @@ impl StateWriter {
             last_step,
             drawn_at,
             usual,
+            agreement,
             n_lost,
             adrift,
         } = state;
@@ -148,6 +149,7 @@ impl StateWriter {
         });
         self.write_option(drawn_at, Self::write_pose);
         self.write_option(usual, Self::write_f64);
+        self.write_f64(agreement);
         self.write_u32(n_lost);
         self.write_u8(u8::from(adrift));
     }
@@ -279,6 +281,7 @@ impl<'a> StateReader<'a> {
             last_step: self.read_option(|reader| Ok((reader.read_pose()?, reader.read_f64()?)))?,
             drawn_at: self.read_option(Self::read_pose)?,
             usual: self.read_option(Self::read_f64)?,
+            agreement: self.read_f64()?,
             n_lost: self.read_u32()?,
             adrift: self.read_bool()?,
         })

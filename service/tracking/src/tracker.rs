@@ -1,15 +1,14 @@
 //! One session on the map: from each observation to the robot's pose.
 
-use meetpoint_geometry::{Point2, Pose, angle_between};
-use meetpoint_occupancy::Grid;
+use std::f64::consts::PI;
 
-use crate::descent::{Descent, descend};
-use crate::field::Field;
+use meetpoint_geometry::{Point2, Pose, angle_between};
+
+use crate::matcher::{Chart, Match, Matcher};
 use crate::observation::SessionConfig;
 use crate::odometry::{Odometry, seconds_between};
-use crate::params::{MappingParams, MatchParams};
-use crate::points::thinned;
-use crate::search::{Candidate, Prior, Window, best_in_window};
+use crate::params::{MappingParams, MatchParams, TrustParams};
+use crate::search::Window;
 
 /// What is remembered of a session.
 #[derive(Clone, Debug)]
@@ -34,6 +33,8 @@ pub(crate) struct TrackState {
     pub(crate) drawn_at: Option<Pose>,
     /// Usual agreement of a scan with the map.
     pub(crate) usual: Option<f64>,
+    /// Agreement of the last scan.
+    pub(crate) agreement: f64,
     /// Scans since the map last agreed.
     pub(crate) n_lost: u32,
     /// True if the next scan may be anywhere near.
@@ -47,6 +48,32 @@ pub(crate) struct Tracked {
     pub(crate) draw: bool,
 }
 
+/// How far the map can be asked where the robot is.
+enum Found {
+    /// The robot is where the match says.
+    Here(Match),
+    /// The map does not reach here: the prediction stands.
+    Unmapped,
+    /// The map should know, and agrees nowhere.
+    Nowhere,
+}
+
+/// A standing robot's odometry moves by no more than this between two scans, in metres and
+/// radians.
+const STANDING_MAX: f64 = 1e-3;
+
+/// A standing robot's scan agrees as well as the one before but for this.
+const STANDING_LOSS_MAX: f64 = 0.03;
+
+/// A prediction nearer than this to another needs no search of its own, in metres...
+const APART_MIN_M: f64 = 0.15;
+
+/// ...and radians.
+const APART_MIN_RAD: f64 = 0.06;
+
+/// A step is not thought to go on for longer than so many times what it took.
+const STEP_SHARE_MAX: f64 = 4.0;
+
 impl Tracker {
     pub(crate) fn new(config: SessionConfig) -> Self {
         let start = config.map_from_start;
@@ -57,6 +84,7 @@ impl Tracker {
             last_step: None,
             drawn_at: None,
             usual: None,
+            agreement: 0.0,
             n_lost: 0,
             adrift: true,
         };
@@ -71,12 +99,38 @@ impl Tracker {
         self.state.adrift = true;
     }
 
-    /// The pose at a moment by odometry alone.
+    /// The step since the last scan by odometry, or `None` without.
+    fn step_by_odometry(&self, stamp_ns: i64) -> Option<Pose> {
+        let odometry = self.odometry.pose_at(stamp_ns)?;
+        let step = self.state.odometry_from_robot?.step_to(odometry);
+        step.is_finite().then_some(step)
+    }
+
+    /// The step since the last scan if the one before it goes on, or `None` if there was none.
+    fn step_by_momentum(&self, stamp_ns: i64) -> Option<Pose> {
+        let (step, seconds) = self.state.last_step?;
+        let share = seconds_between(self.state.stamp_ns?, stamp_ns) / seconds;
+        let goes_on = 0.0 < share && share < STEP_SHARE_MAX;
+        goes_on.then(|| Pose::IDENTITY.interpolate(step, share))
+    }
+
+    /// The pose at a moment from what came before: by odometry, or without it by momentum.
     pub(crate) fn predicted(&self, stamp_ns: i64) -> Pose {
-        let odometry = self.odometry.pose_at(stamp_ns);
-        let step = self.state.odometry_from_robot.zip(odometry).map(|(a, b)| a.step_to(b));
-        let pose = self.state.map_from_robot * step.unwrap_or(Pose::IDENTITY);
-        if pose.is_finite() { pose } else { self.state.map_from_robot }
+        let here = self.state.map_from_robot;
+        let step = self.step_by_odometry(stamp_ns).or_else(|| self.step_by_momentum(stamp_ns));
+        let pose = here * step.unwrap_or(Pose::IDENTITY);
+        if pose.is_finite() { pose } else { here }
+    }
+
+    /// Predictions that do without the odometry of this step, where they differ from it.
+    fn other_predictions(&self, stamp_ns: i64, predicted: Pose) -> Vec<Pose> {
+        let here = self.state.map_from_robot;
+        let onwards = self.step_by_momentum(stamp_ns).map(|step| here * step);
+        let apart = |other: &Pose| {
+            let way = predicted.step_to(*other);
+            APART_MIN_M < way.distance_m() || APART_MIN_RAD < way.theta_rad.abs()
+        };
+        [Some(here), onwards].into_iter().flatten().filter(apart).collect()
     }
 
     /// Takes a scan: matches its points (in the robot's frame) and says whether to draw it.
@@ -84,70 +138,124 @@ impl Tracker {
         &mut self,
         stamp_ns: i64,
         points: &[Point2<f64>],
-        (grid, field): (&Grid, &Field),
+        chart: Chart<'_>,
         params: &MappingParams,
     ) -> Tracked {
-        let odometry = self.odometry.pose_at(stamp_ns);
         let predicted = self.predicted(stamp_ns);
-        let moved = self.state.map_from_robot.step_to(predicted);
-        let search_points = thinned(points, params.matching.n_search_points_max);
-        let window = tracking_window(predicted, moved, &params.matching);
-        let prior = Prior {
-            center: predicted,
-            gain_per_m2: params.matching.odometry_gain_per_m2,
-            gain_per_rad2: params.matching.odometry_gain_per_rad2,
-            loss_max: params.matching.odometry_loss_max,
-        };
-        let mut best = best_in_window(field, &search_points, &window, &prior);
-        for other in self.other_predictions(stamp_ns, predicted) {
-            let window = tracking_window(other, moved, &params.matching);
-            let found = best_in_window(field, &search_points, &window, &prior);
-            if found.score > best.score {
-                best = found;
-            }
+        let trust = &params.trust;
+        if points.is_empty() {
+            self.settle(stamp_ns, predicted, self.state.n_lost);
+            return Tracked { map_from_robot: predicted, draw: false };
         }
-        let Candidate { pose, .. } = best;
-        let Descent { pose, agreement } =
-            descend(field, points, pose, &prior, params.matching.n_iterations_max);
-        let _ = (grid, agreement);
-        let draw = self.moved_since_drawn(pose, params);
-        let dt = self.state.stamp_ns.map(|before| seconds_between(before, stamp_ns));
-        self.state.last_step =
-            dt.filter(|&dt| dt > 0.0).map(|dt| (self.state.map_from_robot.step_to(pose), dt));
-        self.state.map_from_robot = pose;
-        self.state.odometry_from_robot = odometry;
-        self.state.stamp_ns = Some(stamp_ns);
-        self.state.adrift = false;
+        let usual = self.state.usual.unwrap_or(trust.usual_agreement_start);
+        let matcher = Matcher::new(points, predicted, chart, params);
+        let (pose, sure, n_lost) = match self.find(stamp_ns, predicted, &matcher, params) {
+            Found::Here(found) => {
+                self.state.usual = Some(usual + trust.usual_weight * (found.agreement - usual));
+                self.state.agreement = found.agreement;
+                self.state.adrift = false;
+                (found.pose, trust.draw_share * usual <= found.agreement, 0)
+            }
+            Found::Unmapped => (predicted, true, 0),
+            Found::Nowhere => (predicted, false, self.state.n_lost.saturating_add(1)),
+        };
+            eprintln!(
+                "{} {:.3} {:.3} {:.1} {:.3} {n_lost}",
+                stamp_ns as f64 * 1e-9,
+                self.state.agreement,
+                predicted.step_to(pose).distance_m(),
+                predicted.step_to(pose).theta_rad.to_degrees(),
+                usual
+            );
+        }
+        let draw = sure && self.moved_since_drawn(pose, trust);
+        self.settle(stamp_ns, pose, n_lost);
         if draw {
             self.state.drawn_at = Some(pose);
         }
         Tracked { map_from_robot: pose, draw }
     }
 
-    /// Predictions that do without the odometry of this step, where they differ from it.
-    fn other_predictions(&self, stamp_ns: i64, predicted: Pose) -> Vec<Pose> {
-        let here = self.state.map_from_robot;
-        let mut others = vec![here];
-        if let (Some((step, seconds)), Some(before)) = (self.state.last_step, self.state.stamp_ns) {
-            let share = seconds_between(before, stamp_ns) / seconds;
-            if share.is_finite() && 0.0 < share && share < 4.0 {
-                others.push(here * Pose::IDENTITY.interpolate(step, share));
-            }
+    /// Searches about the predictions, and wider while what is found agrees less than is usual.
+    fn find(
+        &self,
+        stamp_ns: i64,
+        predicted: Pose,
+        matcher: &Matcher<'_>,
+        params: &MappingParams,
+    ) -> Found {
+        let MappingParams { matching, trust, .. } = params;
+        let usual = self.state.usual.unwrap_or(trust.usual_agreement_start);
+        let others = self.other_predictions(stamp_ns, predicted);
+        let here = matcher.judged(predicted);
+        if self.stands(predicted) && self.state.agreement <= here.agreement + STANDING_LOSS_MAX {
+            return Found::Here(here);
         }
-        others.retain(|other| {
-            let way = predicted.step_to(*other);
-            way.distance_m() > 0.15 || way.theta_rad.abs() > 0.06
-        });
-        others
+        let reaches = |found: &Match| trust.known_share_min <= found.known_share;
+        let chained = !self.state.adrift || self.state.stamp_ns.is_none();
+        let mapped = reaches(&here) || others.iter().any(|&other| reaches(&matcher.judged(other)));
+        if chained && self.state.n_lost == 0 && !mapped {
+            return Found::Unmapped;
+        }
+        let moved = self.state.map_from_robot.step_to(predicted);
+        let mut best = matcher.best(tracking_window(predicted, moved, matching), &others);
+        let in_doubt = |found: &Match| found.agreement < trust.doubt_share * usual;
+        if self.state.adrift || in_doubt(&best) {
+            let window = wide_window(predicted, trust.doubt_half_m, trust.doubt_half_rad, trust);
+            best = better(best, matcher.best(window, &others));
+        }
+        let share_min = if self.state.n_lost == 0 { trust.lost_share } else { trust.draw_share };
+        let lost = |found: &Match| !reaches(found) || found.agreement < share_min * usual;
+        if (self.state.adrift || lost(&best)) && self.searches_widely(trust) {
+            best = better(best, matcher.best_widely(self.lost_window(predicted, trust)));
+        }
+        if lost(&best) { Found::Nowhere } else { Found::Here(best) }
     }
 
-    fn moved_since_drawn(&self, pose: Pose, params: &MappingParams) -> bool {
+    /// True if odometry says that the robot stands where it was found.
+    fn stands(&self, predicted: Pose) -> bool {
+        let step = self.state.map_from_robot.step_to(predicted);
+        !self.state.adrift
+            && self.state.n_lost == 0
+            && self.state.odometry_from_robot.is_some()
+            && step.distance_m() < STANDING_MAX
+            && step.theta_rad.abs() < STANDING_MAX
+    }
+
+    fn searches_widely(&self, trust: &TrustParams) -> bool {
+        let n_lost = self.state.n_lost;
+        n_lost < trust.n_lost_scans_max || n_lost.is_multiple_of(trust.n_lost_scans_max.max(1))
+    }
+
+    fn lost_window(&self, predicted: Pose, trust: &TrustParams) -> Window {
+        let n_lost = self.state.n_lost;
+        let half_m = trust.lost_half_m + trust.lost_half_growth_m * f64::from(n_lost);
+        let half_rad = if n_lost < 2 { trust.lost_half_rad } else { PI };
+        wide_window(predicted, half_m.min(trust.lost_half_max_m), half_rad, trust)
+    }
+
+    fn settle(&mut self, stamp_ns: i64, pose: Pose, n_lost: u32) {
+        let state = &mut self.state;
+        let seconds = state.stamp_ns.map(|before| seconds_between(before, stamp_ns));
+        let step = state.map_from_robot.step_to(pose);
+        state.last_step =
+            seconds.filter(|&seconds| 0.0 < seconds && n_lost == 0).map(|seconds| (step, seconds));
+        state.map_from_robot = pose;
+        state.odometry_from_robot = self.odometry.pose_at(stamp_ns);
+        state.stamp_ns = Some(stamp_ns);
+        state.n_lost = n_lost;
+    }
+
+    fn moved_since_drawn(&self, pose: Pose, trust: &TrustParams) -> bool {
         self.state.drawn_at.is_none_or(|drawn| {
             let turn = angle_between(drawn.theta_rad, pose.theta_rad).abs();
-            params.trust.draw_distance_m <= drawn.step_to(pose).distance_m()
-                || params.trust.draw_turn_rad <= turn
+            trust.draw_distance_m <= drawn.step_to(pose).distance_m() || trust.draw_turn_rad <= turn
         })
     }
+}
+
+fn better(a: Match, b: Match) -> Match {
+    if a.score < b.score { b } else { a }
 }
 
 fn tracking_window(center: Pose, moved: Pose, params: &MatchParams) -> Window {
@@ -157,4 +265,8 @@ fn tracking_window(center: Pose, moved: Pose, params: &MatchParams) -> Window {
         half_rad: params.search_half_rad + params.search_half_per_rad * moved.theta_rad.abs(),
         step_rad: params.search_step_rad,
     }
+}
+
+fn wide_window(center: Pose, half_m: f64, half_rad: f64, trust: &TrustParams) -> Window {
+    Window { center, half_m, half_rad, step_rad: trust.wide_step_rad }
 }
