@@ -159,15 +159,6 @@ impl Tracker {
             Found::Unmapped => (predicted, true, 0),
             Found::Nowhere => (predicted, false, self.state.n_lost.saturating_add(1)),
         };
-            eprintln!(
-                "{} {:.3} {:.3} {:.1} {:.3} {n_lost}",
-                stamp_ns as f64 * 1e-9,
-                self.state.agreement,
-                predicted.step_to(pose).distance_m(),
-                predicted.step_to(pose).theta_rad.to_degrees(),
-                usual
-            );
-        }
         let draw = sure && self.moved_since_drawn(pose, trust);
         self.settle(stamp_ns, pose, n_lost);
         if draw {
