@@ -1,0 +1,15 @@
+//! The store through its real SQL, each test on a database of its own.
+
+mod append;
+mod append_model;
+mod failures;
+mod fixture;
+mod jobs;
+mod journal;
+mod leases;
+mod maps;
+mod migrations;
+mod replies;
+mod sessions;
+mod trajectories;
+mod versions;
