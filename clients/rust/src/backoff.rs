@@ -46,7 +46,11 @@ impl Backoff {
     }
 
     /// The delay before the next attempt, never below what the service asked for.
-    pub fn next_delay(&mut self, wish: Option<Duration>, rng: &mut impl Rng) -> Duration {
+    pub fn next_delay(&mut self, wish: Option<Duration>) -> Duration {
+        self.draw(wish, &mut rand::rng())
+    }
+
+    fn draw(&mut self, wish: Option<Duration>, rng: &mut impl Rng) -> Duration {
         let limit = self.limit();
         self.n_failures = self.n_failures.saturating_add(1);
         let delay = limit.mul_f64(rng.random_range(0.0..=1.0));
@@ -76,7 +80,7 @@ mod tests {
         for _ in 0..100 {
             let mut backoff = Backoff::new(BackoffParams::ROBOT);
             for limit_s in [1, 2, 4, 8, 16, 32, 60, 60] {
-                let delay = backoff.next_delay(None, &mut rng);
+                let delay = backoff.draw(None, &mut rng);
                 assert!(delay <= Duration::from_secs(limit_s), "{delay:?} of {limit_s} s");
             }
         }
@@ -85,7 +89,7 @@ mod tests {
     #[test]
     fn stays_finite_for_ever() {
         let mut backoff = Backoff { params: BackoffParams::ROBOT, n_failures: u32::MAX };
-        let delay = backoff.next_delay(None, &mut StdRng::seed_from_u64(2));
+        let delay = backoff.draw(None, &mut StdRng::seed_from_u64(2));
         assert!(delay <= Duration::from_mins(1), "{delay:?}");
     }
 
@@ -93,7 +97,7 @@ mod tests {
     fn the_wish_of_the_service_is_a_lower_limit() {
         let mut backoff = Backoff::new(BackoffParams::ROBOT);
         let wish = Duration::from_secs(90);
-        let delay = backoff.next_delay(Some(wish), &mut StdRng::seed_from_u64(3));
+        let delay = backoff.draw(Some(wish), &mut StdRng::seed_from_u64(3));
         assert_eq!(delay, wish, "longer than any delay of ours");
         backoff.reset();
         assert_eq!(backoff.limit(), Duration::from_secs(1), "short again");

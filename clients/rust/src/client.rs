@@ -5,10 +5,10 @@ use std::time::Duration;
 use meetpoint_proto::v1::{
     CloseSessionRequest, CreateJobRequest, CreateMapRequest, GetGridRequest, GetJobRequest,
     GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest, Grid,
-    IngestRequest, IngestResponse, Job, JobKind, Map, MapVersion, OpenSessionRequest,
-    OpenSessionResponse, Session, Trajectory, grid_service_client::GridServiceClient,
-    job_service_client::JobServiceClient, map_service_client::MapServiceClient,
-    session_service_client::SessionServiceClient,
+    IngestRequest, IngestResponse, Job, JobKind, ListSessionsRequest, Map, MapVersion,
+    OpenSessionRequest, OpenSessionResponse, Session, Trajectory,
+    grid_service_client::GridServiceClient, job_service_client::JobServiceClient,
+    map_service_client::MapServiceClient, session_service_client::SessionServiceClient,
 };
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::{
@@ -29,8 +29,10 @@ const PING_INTERVAL: Duration = Duration::from_secs(25);
 const PING_TIMEOUT: Duration = Duration::from_secs(10);
 /// The largest answer taken: a grid of 16 777 216 cells and its frame.
 const ANSWER_BYTES_MAX: usize = 20 << 20;
+/// Sessions a page of a list: the most that the service gives.
+const SESSIONS_PAGE: u32 = 1000;
 /// Poses a page of a trajectory.
-const TRAJECTORY_PAGE: u32 = 10_000;
+const TRAJECTORY_PAGE: u32 = 50_000;
 
 /// The service, as seen from a robot. Clones share one connection.
 #[derive(Clone, Debug)]
@@ -147,44 +149,66 @@ impl Client {
         response.into_inner().session.ok_or(Error::Malformed("session"))
     }
 
-    /// One page of a session's trajectory in a map version (0 for the published one), from the
-    /// pose of index `offset` on, with at most `page_size` poses; with the offset of the next
-    /// page, `None` at the end.
+    /// The newest session of a map, `None` if it has none.
     ///
     /// # Errors
     ///
-    /// `SESSION_NOT_FOUND` or `VERSION_NOT_FOUND`.
-    pub async fn trajectory_page(
+    /// `MAP_NOT_FOUND` if there is no map of that id.
+    pub async fn latest_session(&self, map: &str) -> Result<Option<Session>, Error> {
+        let mut request = ListSessionsRequest {
+            map: map.to_owned(),
+            page_size: SESSIONS_PAGE,
+            ..ListSessionsRequest::default()
+        };
+        let mut latest = None;
+        loop {
+            let page = self.sessions().list_sessions(call(request.clone())).await?.into_inner();
+            latest = page.sessions.into_iter().next_back().or(latest);
+            if page.next_page_token.is_empty() {
+                return Ok(latest);
+            }
+            request.page_token = page.next_page_token;
+        }
+    }
+
+    /// The whole trajectory of a session in a map version (0 for the published one): the poses of
+    /// `frame`, which is `robot` or the id of a sensor.
+    ///
+    /// # Errors
+    ///
+    /// `SESSION_NOT_FOUND`, `VERSION_NOT_FOUND`, or `SENSOR_NOT_FOUND`.
+    pub async fn trajectory(
         &self,
         session: &str,
         version: u64,
-        offset: u64,
-        page_size: u32,
-    ) -> Result<(Trajectory, Option<u64>), Error> {
-        let session = session.to_owned();
-        let request =
-            GetTrajectoryRequest { session, version, frame: String::new(), offset, page_size };
-        let response = self.sessions().get_trajectory(call(request)).await?.into_inner();
-        let trajectory = response.trajectory.ok_or(Error::Malformed("trajectory"))?;
-        Ok((trajectory, (response.next_offset != 0).then_some(response.next_offset)))
-    }
-
-    /// The whole trajectory of a session in the published version of its map.
-    ///
-    /// # Errors
-    ///
-    /// As [`Client::trajectory_page`].
-    pub async fn trajectory(&self, session: &str) -> Result<Trajectory, Error> {
-        let (mut whole, mut next) = self.trajectory_page(session, 0, 0, TRAJECTORY_PAGE).await?;
+        frame: &str,
+    ) -> Result<Trajectory, Error> {
+        let mut request = GetTrajectoryRequest {
+            session: session.to_owned(),
+            version,
+            frame: frame.to_owned(),
+            offset: 0,
+            page_size: TRAJECTORY_PAGE,
+        };
+        let (mut whole, mut next) = self.trajectory_page(request.clone()).await?;
         // All pages from one version, whatever is published meanwhile.
-        let version = whole.map_version;
-        while let Some(offset) = next {
-            let (page, after) =
-                self.trajectory_page(session, version, offset, TRAJECTORY_PAGE).await?;
+        request.version = whole.map_version;
+        while next != 0 {
+            request.offset = next;
+            let (page, after) = self.trajectory_page(request.clone()).await?;
             whole.poses.extend(page.poses);
             next = after;
         }
         Ok(whole)
+    }
+
+    /// One page of a trajectory, and where the next one begins; 0 at the end.
+    async fn trajectory_page(
+        &self,
+        request: GetTrajectoryRequest,
+    ) -> Result<(Trajectory, u64), Error> {
+        let response = self.sessions().get_trajectory(call(request)).await?.into_inner();
+        Ok((response.trajectory.ok_or(Error::Malformed("trajectory"))?, response.next_offset))
     }
 
     /// Starts a job and returns at once.

@@ -151,7 +151,7 @@ pub async fn deliver<S: BatchSource>(
         if tired || !(error.is_retryable() || error.is_gap()) {
             return Err(error);
         }
-        let delay = backoff.next_delay(error.retry_after(), &mut rand::rng());
+        let delay = backoff.next_delay(error.retry_after());
         (run.events)(DeliveryEvent::Reconnecting { delay, error });
         n_reconnects += 1;
         sleep(delay).await;

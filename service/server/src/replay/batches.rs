@@ -1,0 +1,235 @@
+//! The second pass over a recording: its observations, cut into numbered batches.
+//!
+//! The same recording and section always give the same batches, so that a replay can go on where
+//! an earlier one stopped. Whoever changes what comes out here raises [`CUT_VERSION`].
+
+use std::io::BufRead;
+
+use meetpoint_client::v1::{Batch, LaserScan, Observation, OdometryPose, observation::Kind};
+use meetpoint_geometry::Pose;
+
+use super::{
+    carmen::{self, Message, Scan},
+    lines::{Line, Lines},
+    section::Section,
+    survey::Survey,
+};
+
+/// Names the way in which recordings become batches; part of the client's key of a session.
+pub(crate) const CUT_VERSION: u32 = 1;
+/// Scans a batch: a few hundred batches for an hour's drive, and well below a mebibyte.
+const SCANS_MAX: usize = 20;
+/// Driving a batch, by the stamps of its scans: what a robot would send once a second.
+const SPAN_MAX_NS: u64 = 1_000_000_000;
+/// Observations a batch, half of what the service takes.
+const OBSERVATIONS_MAX: usize = 2048;
+/// Readings a batch, half of a mebibyte.
+const READINGS_MAX: usize = 1 << 17;
+/// A reading this close below the maximum is no return: drivers round. Metres.
+const NO_RETURN_SLACK_M: f32 = 0.01;
+/// Readings that stand for no return in public logs whatever the maximum, in metres.
+const NO_RETURN_M: [f32; 1] = [50.0];
+
+/// A batch and what it holds.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct CutBatch {
+    /// As it is sent.
+    pub(crate) batch: Batch,
+    /// Scans among its observations.
+    pub(crate) n_scans: u64,
+    /// Stamp of its last observation.
+    pub(crate) stamp_ns: i64,
+}
+
+/// Gives the batches of a recording in order.
+pub(crate) struct Batches<'a, R> {
+    lines: Lines<R>,
+    survey: &'a Survey,
+    section: Section,
+    /// Observations of the batch in the making.
+    open: Vec<Observation>,
+    n_scans: usize,
+    n_readings: usize,
+    /// Stamp of the first scan of the batch in the making.
+    first_scan_ns: Option<i64>,
+    number: u64,
+}
+
+impl<'a, R: BufRead> Batches<'a, R> {
+    /// The batches of the part `section` of a recording that was surveyed before.
+    pub(crate) fn new(lines: Lines<R>, survey: &'a Survey, section: Section) -> Self {
+        Self {
+            lines,
+            survey,
+            section,
+            open: Vec::new(),
+            n_scans: 0,
+            n_readings: 0,
+            first_scan_ns: None,
+            number: 0,
+        }
+    }
+
+    /// Takes in a scan and the odometry of its line, which goes first.
+    fn add_scan(&mut self, scan: Scan) {
+        let Some(declared) = self.survey.laser(&scan.laser) else { return };
+        let Scan { stamp_ns, mut ranges_m, remissions, odometry, .. } = scan;
+        let range_max_m = declared.range_max_m;
+        for range_m in &mut ranges_m {
+            if range_max_m - NO_RETURN_SLACK_M <= *range_m || NO_RETURN_M.contains(range_m) {
+                *range_m = f32::INFINITY;
+            }
+        }
+        // One strength a beam, or none.
+        let intensities = if remissions.len() == ranges_m.len() { remissions } else { Vec::new() };
+        if let Some(pose) = odometry {
+            self.open.push(odometry_observation(stamp_ns, pose));
+        }
+        self.n_scans += 1;
+        self.n_readings += ranges_m.len() + intensities.len();
+        self.first_scan_ns.get_or_insert(stamp_ns);
+        self.open.push(Observation {
+            stamp_ns,
+            sensor_id: declared.sensor.id.clone(),
+            kind: Some(Kind::LaserScan(LaserScan { ranges_m, intensities })),
+            ..Observation::default()
+        });
+    }
+
+    /// True if the batch in the making must not take an observation of that stamp.
+    fn is_full(&self, stamp_ns: i64) -> bool {
+        let long = self.first_scan_ns.is_some_and(|first| SPAN_MAX_NS <= first.abs_diff(stamp_ns));
+        long || SCANS_MAX <= self.n_scans
+            || OBSERVATIONS_MAX <= self.open.len()
+            || READINGS_MAX <= self.n_readings
+    }
+
+    /// Takes the batch in the making, if there is anything in it.
+    fn cut(&mut self) -> Option<CutBatch> {
+        let stamp_ns = self.open.last()?.stamp_ns;
+        self.number += 1;
+        let observations = std::mem::take(&mut self.open);
+        let n_scans = std::mem::take(&mut self.n_scans) as u64;
+        self.n_readings = 0;
+        self.first_scan_ns = None;
+        Some(CutBatch { batch: Batch { number: self.number, observations }, n_scans, stamp_ns })
+    }
+}
+
+impl<R: BufRead> Iterator for Batches<'_, R> {
+    type Item = CutBatch;
+
+    fn next(&mut self) -> Option<CutBatch> {
+        // What the survey found unreadable ends the recording here too.
+        while let Ok(Some(line)) = self.lines.next() {
+            let Line::Whole(line) = line else { continue };
+            let stamp_ns = match carmen::parse(line) {
+                Ok(Message::Odometry { stamp_ns, pose }) => {
+                    if !self.section.contains(stamp_ns) {
+                        continue;
+                    }
+                    self.open.push(odometry_observation(stamp_ns, pose));
+                    stamp_ns
+                }
+                Ok(Message::Scan(scan)) => {
+                    if !self.section.contains(scan.stamp_ns) {
+                        continue;
+                    }
+                    let stamp_ns = scan.stamp_ns;
+                    self.add_scan(scan);
+                    stamp_ns
+                }
+                _ => continue,
+            };
+            if self.is_full(stamp_ns) {
+                return self.cut();
+            }
+        }
+        self.cut()
+    }
+}
+
+fn odometry_observation(stamp_ns: i64, pose: Pose) -> Observation {
+    let Pose { x_m, y_m, theta_rad } = pose;
+    let pose = meetpoint_client::v1::Pose { x_m, y_m, theta_rad };
+    let odometry = OdometryPose { odometry_from_robot: Some(pose) };
+    Observation { stamp_ns, kind: Some(Kind::OdometryPose(odometry)), ..Observation::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::replay::{section::Place, survey::survey};
+    use proptest::prelude::*;
+
+    /// A log of scans every tenth of a second, with odometry lines between them.
+    fn log(n_scans: u32) -> String {
+        let lines = (0..n_scans).flat_map(|i| {
+            let t = f64::from(i) * 0.1;
+            let later = t + 0.01;
+            [
+                format!("ODOM {t} 0 0 0 0 0 {t:.6} h 0"),
+                format!("FLASER 3 1 50 79.995 0 0 0 {t} 0 0 {later:.6} h 0"),
+            ]
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    fn cut(text: &str, from: Option<Place>, to: Option<Place>) -> Vec<CutBatch> {
+        let survey = survey(Lines::new(text.as_bytes()));
+        let section = Section::new(from, to, survey.stamps_ns().unwrap_or_default());
+        Batches::new(Lines::new(text.as_bytes()), &survey, section).collect()
+    }
+
+    #[test]
+    fn odometry_goes_before_its_scan_and_no_return_is_infinite() {
+        let batches = cut(&log(1), None, None);
+        let [line, odometry, scan] = &batches[0].batch.observations[..] else {
+            panic!("three observations: {batches:?}")
+        };
+        assert_eq!(line.stamp_ns, 0, "the ODOM line");
+        assert_eq!(odometry.stamp_ns, scan.stamp_ns, "one line, one stamp");
+        assert!(matches!(odometry.kind, Some(Kind::OdometryPose(_))), "{odometry:?}");
+        let Some(Kind::LaserScan(laser_scan)) = &scan.kind else { panic!("{scan:?}") };
+        assert_eq!(laser_scan.ranges_m, [1.0, f32::INFINITY, f32::INFINITY], "50 and the maximum");
+        assert_eq!(scan.sensor_id, "front_laser", "as declared");
+    }
+
+    #[test]
+    fn batches_hold_about_a_second() {
+        let batches = cut(&log(100), None, None);
+        assert_eq!(batches.iter().map(|batch| batch.n_scans).sum::<u64>(), 100, "all scans");
+        assert!((8..=12).contains(&batches.len()), "{} batches of 10 s", batches.len());
+    }
+
+    #[test]
+    fn a_section_is_cut_out() {
+        let batches = cut(&log(100), Some(Place::Seconds(2.0)), Some(Place::Fraction(0.5)));
+        let n_scans: u64 = batches.iter().map(|batch| batch.n_scans).sum();
+        assert!((29..=31).contains(&n_scans), "{n_scans} scans from 2 s to 4.95 s");
+    }
+
+    proptest! {
+        #[test]
+        fn batches_are_the_observations_in_order_and_numbered(n_scans in 0_u32..80) {
+            let batches = cut(&log(n_scans), None, None);
+            let mut stamps_ns = Vec::new();
+            for (batch, number) in batches.iter().zip(1..) {
+                prop_assert_eq!(batch.batch.number, number);
+                prop_assert!(batch.n_scans <= SCANS_MAX as u64);
+                stamps_ns.extend(batch.batch.observations.iter().map(|o| o.stamp_ns));
+            }
+            let whole = log(n_scans);
+            let expected: Vec<_> = whole
+                .lines()
+                .filter_map(|line| match carmen::parse(line.as_bytes()) {
+                    Ok(Message::Odometry { stamp_ns, .. }) => Some(vec![stamp_ns]),
+                    Ok(Message::Scan(scan)) => Some(vec![scan.stamp_ns; 2]),
+                    _ => None,
+                })
+                .flatten()
+                .collect();
+            prop_assert_eq!(stamps_ns, expected);
+        }
+    }
+}

@@ -1,0 +1,196 @@
+//! A recording as a source of batches: read on a thread of its own, paced if asked for.
+
+use std::{
+    collections::VecDeque,
+    io,
+    path::PathBuf,
+    sync::{Arc, Mutex, PoisonError},
+    thread,
+    time::Duration,
+};
+
+use meetpoint_client::{BatchSource, Outgoing};
+use tokio::{
+    sync::mpsc,
+    time::{Instant, sleep_until},
+};
+
+use super::{
+    batches::{Batches, CutBatch},
+    lines,
+    section::Section,
+    survey::Survey,
+};
+
+/// Batches read ahead: enough that neither the file nor the network waits for the other.
+const READ_AHEAD: usize = 32;
+
+/// What to read, and how fast to give it away.
+pub(crate) struct LogReading {
+    /// The file.
+    pub(crate) path: PathBuf,
+    /// What the first pass found in it.
+    pub(crate) survey: Arc<Survey>,
+    /// The part to give.
+    pub(crate) section: Section,
+    /// Times real time; `None` for as fast as it goes.
+    pub(crate) rate: Option<f64>,
+}
+
+/// Scans in the batches that were read so far. Clones share the count.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally(Arc<Mutex<Vec<u64>>>);
+
+impl Tally {
+    /// Scans in the batches up to `number`; in those read so far, if that is less.
+    pub(crate) fn scans_through(&self, number: u64) -> u64 {
+        let sums = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let n = usize::try_from(number).unwrap_or(usize::MAX).min(sums.len());
+        n.checked_sub(1).map_or(0, |last| sums[last])
+    }
+
+    fn add(&self, n_scans: u64) {
+        let mut sums = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let sum = sums.last().copied().unwrap_or(0) + n_scans;
+        sums.push(sum);
+    }
+}
+
+/// Gives the batches of a recording, and keeps those that are not acknowledged.
+pub(crate) struct LogSource {
+    incoming: mpsc::Receiver<io::Result<CutBatch>>,
+    /// Consecutive numbers, the first above `forgotten_through` or below what comes next.
+    kept: VecDeque<CutBatch>,
+    forgotten_through: u64,
+    rate: Option<f64>,
+    /// When and with which stamp the pacing began.
+    began: Option<(Instant, i64)>,
+    tally: Tally,
+}
+
+impl LogSource {
+    /// Starts reading; `tally` learns of every batch that was read.
+    pub(crate) fn start(reading: LogReading, tally: Tally) -> Self {
+        let (sender, incoming) = mpsc::channel(READ_AHEAD);
+        let rate = reading.rate;
+        // The thread ends with the file, or at its next batch when the source was dropped.
+        thread::spawn(move || read(&reading, &sender));
+        Self { incoming, kept: VecDeque::new(), forgotten_through: 0, rate, began: None, tally }
+    }
+
+    fn kept(&self, number: u64) -> Option<&CutBatch> {
+        let first = self.kept.front()?.batch.number;
+        self.kept.get(usize::try_from(number.checked_sub(first)?).ok()?)
+    }
+
+    fn drop_forgotten(&mut self) {
+        while self.kept.front().is_some_and(|kept| kept.batch.number <= self.forgotten_through) {
+            self.kept.pop_front();
+        }
+    }
+
+    /// When a batch is due: as long after the first one as its stamp is, sped up.
+    fn due(&mut self, stamp_ns: i64) -> Option<Instant> {
+        let rate = self.rate?;
+        let (start, first_ns) = *self.began.get_or_insert_with(|| (Instant::now(), stamp_ns));
+        let ahead_s = stamp_ns.saturating_sub(first_ns) as f64 * 1e-9 / rate;
+        // Stamps may run backwards, and one may be absurd: it must not stop the replay for ever.
+        let ahead = Duration::try_from_secs_f64(ahead_s).unwrap_or_default();
+        start.checked_add(ahead)
+    }
+}
+
+impl BatchSource for LogSource {
+    async fn get(&mut self, number: u64) -> io::Result<Outgoing> {
+        while self.kept(number).is_none() {
+            let Some(read) = self.incoming.recv().await else { return Ok(Outgoing::End) };
+            let cut = read?;
+            self.tally.add(cut.n_scans);
+            self.kept.push_back(cut);
+            self.drop_forgotten();
+        }
+        let stamp_ns = self.kept(number).map_or(0, |cut| cut.stamp_ns);
+        if let Some(due) = self.due(stamp_ns) {
+            sleep_until(due).await;
+        }
+        let batch = self.kept(number).map(|cut| cut.batch.clone());
+        Ok(batch.map_or(Outgoing::End, Outgoing::Batch))
+    }
+
+    async fn forget_through(&mut self, number: u64) -> io::Result<()> {
+        self.forgotten_through = self.forgotten_through.max(number);
+        self.drop_forgotten();
+        Ok(())
+    }
+}
+
+fn read(reading: &LogReading, sender: &mpsc::Sender<io::Result<CutBatch>>) {
+    match lines::open(&reading.path) {
+        Ok(lines) => {
+            for batch in Batches::new(lines, &reading.survey, reading.section) {
+                if sender.blocking_send(Ok(batch)).is_err() {
+                    return;
+                }
+            }
+        }
+        // If nobody listens any more, nobody wants to know.
+        Err(error) => drop(sender.blocking_send(Err(error))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::replay::survey::survey;
+
+    /// Ten scans, one a second.
+    fn source(rate: Option<f64>) -> (tempfile::TempDir, LogSource) {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("log");
+        let lines = (0..10).map(|i| format!("FLASER 1 2 0 0 0 {i} 0 0 {i}.5 h 0"));
+        let text = lines.collect::<Vec<_>>().join("\n");
+        std::fs::write(&path, text).expect("a free disk");
+        let survey = Arc::new(survey(lines::open(&path).expect("it is there")));
+        let section = Section::new(None, None, survey.stamps_ns().expect("ten scans"));
+        (folder, LogSource::start(LogReading { path, survey, section, rate }, Tally::default()))
+    }
+
+    async fn number(source: &mut LogSource, number: u64) -> Option<u64> {
+        match source.get(number).await.expect("readable") {
+            Outgoing::Batch(batch) => Some(batch.number),
+            _ => None,
+        }
+    }
+
+    #[tokio::test]
+    async fn batches_come_again_until_they_are_forgotten() {
+        let (_folder, mut source) = source(None);
+        assert_eq!(number(&mut source, 1).await, Some(1), "the first");
+        assert_eq!(number(&mut source, 3).await, Some(3), "later ones");
+        assert_eq!(number(&mut source, 2).await, Some(2), "again");
+        source.forget_through(2).await.expect("nothing to go wrong");
+        assert_eq!(number(&mut source, 3).await, Some(3), "not forgotten");
+        assert_eq!(source.tally.scans_through(2), 4, "two scans each: a second is full");
+        assert_eq!(number(&mut source, 6).await, None, "the end");
+    }
+
+    #[tokio::test]
+    async fn what_an_earlier_replay_sent_is_passed_over() {
+        let (_folder, mut source) = source(None);
+        source.forget_through(4).await.expect("nothing to go wrong");
+        assert_eq!(number(&mut source, 5).await, Some(5), "the first that is new");
+        assert_eq!(source.kept.len(), 1, "the others are not kept");
+        assert_eq!(source.tally.scans_through(5), 10, "and yet counted");
+    }
+
+    #[tokio::test]
+    async fn pacing_follows_the_stamps() {
+        let (_folder, mut source) = source(Some(2.0));
+        let first = source.due(10_000_000_000).expect("paced");
+        let second = source.due(18_000_000_000).expect("paced");
+        assert_eq!(second - first, Duration::from_secs(4), "8 s at twice the speed");
+        let back = source.due(9_000_000_000).expect("paced");
+        assert_eq!(back, first, "a stamp that runs backwards does not wait");
+        assert_eq!(source.due(i64::MIN), Some(first), "nor does an absurd one");
+    }
+}
