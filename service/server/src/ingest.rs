@@ -5,6 +5,5 @@ mod group_commit;
 mod known_sessions;
 mod stamps;
 
-pub(crate) use checks::encoded;
 pub(crate) use group_commit::{JournalWriter, Outcome};
 pub(crate) use known_sessions::{KnownSession, KnownSessions};

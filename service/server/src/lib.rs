@@ -15,6 +15,6 @@ mod operations;
 pub mod replay;
 pub mod rest;
 pub mod serve;
-pub mod service;
+mod service;
 pub mod settings;
 pub mod telemetry;

@@ -16,7 +16,7 @@ use crate::settings::Settings;
 pub struct Service(pub(crate) Arc<Parts>);
 
 /// What the service is made of.
-pub(crate) struct Parts {
+pub struct Parts {
     pub(crate) settings: Settings,
     pub(crate) store: Store,
     pub(crate) live: Live,

@@ -27,7 +27,7 @@ impl Service {
         };
         match self.store.create_map(&new).await {
             Ok(record) => Ok(v1::CreateMapResponse { map: Some(map::to_wire(record)) }),
-            Err(meetpoint_storage::Error::MapExists) => Err(Error::MapExists(id)),
+            Err(meetpoint_storage::Error::MapExists(_)) => Err(Error::MapExists(id)),
             Err(error) => Err(error.into()),
         }
     }

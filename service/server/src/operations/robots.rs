@@ -24,7 +24,7 @@ impl Service {
         };
         match self.store.create_robot(&new).await {
             Ok(record) => Ok(v1::CreateRobotResponse { robot: Some(robot_to_wire(record)) }),
-            Err(meetpoint_storage::Error::RobotExists) => Err(Error::RobotExists(id)),
+            Err(meetpoint_storage::Error::RobotExists(_)) => Err(Error::RobotExists(id)),
             Err(error) => Err(error.into()),
         }
     }
