@@ -171,3 +171,97 @@ async fn migrate(connection: &mut SqliteConnection) -> Result<(), Error> {
         other => Error::Internal(other.into()),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use sqlx::query;
+    use tempfile::TempDir;
+
+    use super::*;
+    use crate::{MapId, NewMap};
+
+    async fn new_store(folder: &TempDir) -> Store {
+        let path = folder.path().join("meetpoint.db");
+        let settings = StoreSettings { path, n_readers: 1, busy_timeout_ms: 50 };
+        Store::open(&settings).await.expect("a new database opens")
+    }
+
+    fn map(id: &str, display_name: String) -> NewMap {
+        NewMap { id: MapId(id.to_owned()), display_name, resolution_m: 0.05, time_ns: 0 }
+    }
+
+    /// Lets the database grow by no page beyond what it has.
+    async fn fill(store: &Store) {
+        let mut write = store.write().await.expect("nobody writes");
+        query("pragma max_page_count = 1")
+            .execute(&mut write.connection)
+            .await
+            .expect("the limit can be set");
+        write.end(Ok(())).await.expect("nothing was written");
+    }
+
+    #[tokio::test]
+    async fn a_full_disk_passes() {
+        let folder = TempDir::new().expect("a temporary folder can be made");
+        let store = new_store(&folder).await;
+        store.create_map(&map("hall", "Hall".to_owned())).await.expect("there is room");
+        let long = "x".repeat(1 << 20);
+        for _ in 0..3 {
+            fill(&store).await;
+            let refused = store.create_map(&map("lab", long.clone())).await;
+            assert!(matches!(refused, Err(Error::Full)), "no room: {refused:?}");
+            let hall = store.map(&MapId("hall".to_owned())).await.expect("reading works");
+            assert!(hall.is_some(), "what was there is there");
+            // More room: the limit belongs to the connection.
+            store.inner.writer.lock().await.take();
+        }
+        store.create_map(&map("lab", long)).await.expect("there is room again");
+    }
+
+    #[tokio::test]
+    async fn a_transaction_that_sqlite_ended_itself_does_no_harm() {
+        let folder = TempDir::new().expect("a temporary folder can be made");
+        let store = new_store(&folder).await;
+        let mut write = store.write().await.expect("nobody writes");
+        query("rollback").execute(&mut write.connection).await.expect("it was begun");
+        let failed: Result<(), Error> = write.end(Err(Error::Full)).await;
+        assert!(matches!(failed, Err(Error::Full)), "the first error is told");
+        store.create_map(&map("hall", "Hall".to_owned())).await.expect("the next one works");
+    }
+
+    #[tokio::test]
+    async fn the_settings_are_in_force() {
+        let folder = TempDir::new().expect("a temporary folder can be made");
+        let store = new_store(&folder).await;
+        let mut write = store.write().await.expect("nobody writes");
+        let expected = [("journal_mode", "wal"), ("synchronous", "2"), ("foreign_keys", "1")];
+        for (name, value) in expected {
+            let sql =
+                sqlx::AssertSqlSafe(format!("select cast({name} as text) from pragma_{name}"));
+            let found: String = sqlx::query_scalar(sql)
+                .fetch_one(&mut write.connection)
+                .await
+                .expect("the setting can be read");
+            assert_eq!(found, value, "{name}");
+        }
+        write.end(Ok(())).await.expect("nothing was written");
+        let refused = query("delete from maps").execute(store.readers()).await;
+        assert!(refused.is_err(), "readers do not write");
+    }
+
+    #[tokio::test]
+    async fn what_is_begun_is_seen_by_nobody_until_its_end() {
+        let folder = TempDir::new().expect("a temporary folder can be made");
+        let store = new_store(&folder).await;
+        let mut write = store.write().await.expect("nobody writes");
+        query("insert into robots values ('ann', 'Ann', 0, 0)")
+            .execute(&mut write.connection)
+            .await
+            .expect("the row fits");
+        assert_eq!(store.robots(None, 9).await.expect("reading works"), [], "not yet");
+        write.end(Ok(())).await.expect("it commits");
+        assert_eq!(store.robots(None, 9).await.expect("reading works").len(), 1, "now");
+        drop(store.write().await.expect("nobody writes"));
+        store.write().await.expect("a dropped one is gone").end(Ok(())).await.expect("it commits");
+    }
+}

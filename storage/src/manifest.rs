@@ -11,7 +11,7 @@
 //!
 //! Little-endian. Tiles are in ascending order of their keys, so that equal lists are equal bytes.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use uuid::Uuid;
 
@@ -34,7 +34,7 @@ pub struct TileKey {
 
 /// The bytes of a list of tiles. Of two tiles with one key the last counts.
 pub(crate) fn encode(tiles: impl IntoIterator<Item = (TileKey, ContentHash)>) -> Vec<u8> {
-    let tiles: std::collections::BTreeMap<TileKey, ContentHash> = tiles.into_iter().collect();
+    let tiles: BTreeMap<TileKey, ContentHash> = tiles.into_iter().collect();
     let frames: Vec<SessionId> =
         tiles.keys().filter_map(|key| key.frame).collect::<BTreeSet<_>>().into_iter().collect();
     let mut bytes = Vec::with_capacity(9 + frames.len() * FRAME_BYTES + tiles.len() * TILE_BYTES);
@@ -93,4 +93,57 @@ fn push_count(bytes: &mut Vec<u8>, count: usize) {
 fn take_count(bytes: &[u8]) -> Option<(usize, &[u8])> {
     let (count, rest) = bytes.split_first_chunk()?;
     Some((usize::try_from(u32::from_le_bytes(*count)).ok()?, rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn tile() -> impl Strategy<Value = (TileKey, ContentHash)> {
+        let frame = prop::option::of((0..3_u128).prop_map(|id| SessionId(Uuid::from_u128(id))));
+        (frame, any::<i32>(), -2..2_i32, any::<[u8; 32]>())
+            .prop_map(|(frame, x, y, hash)| (TileKey { frame, x, y }, ContentHash(hash)))
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(tiles in prop::collection::vec(tile(), 0..30)) {
+            let listed: BTreeMap<_, _> = tiles.iter().copied().collect();
+            let read = decode(&encode(tiles)).expect("it was just written");
+            prop_assert_eq!(read, listed.into_iter().collect::<Vec<_>>());
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(
+            tiles in prop::collection::vec(tile(), 0..5),
+            place in any::<prop::sample::Index>(),
+            byte in any::<u8>(),
+            n_kept in any::<prop::sample::Index>(),
+        ) {
+            let mut bytes = encode(tiles);
+            let place = place.index(bytes.len());
+            bytes[place] = byte;
+            bytes.truncate(n_kept.index(bytes.len() + 1));
+            // An answer of either kind is fine; a panic is not.
+            let _: Result<_, _> = decode(&bytes);
+        }
+    }
+
+    /// Format 1, byte by byte: what is stored must stay readable.
+    #[test]
+    fn format_1_is_read() {
+        let session = SessionId(Uuid::from_bytes([7; 16]));
+        let mut bytes = vec![1, 1, 0, 0, 0];
+        bytes.extend([7; 16]);
+        bytes.extend([1, 0, 0, 0]);
+        bytes.extend([1, 0, 0, 0, 0xfe, 0xff, 0xff, 0xff, 3, 0, 0, 0]);
+        bytes.extend([9; 32]);
+        let expected = (TileKey { frame: Some(session), x: -2, y: 3 }, ContentHash([9; 32]));
+        assert_eq!(decode(&bytes).expect("it is whole"), [expected], "one tile");
+        assert_eq!(encode([expected]), bytes, "written as it is read");
+        bytes[0] = 2;
+        assert!(matches!(decode(&bytes), Err(Error::Damaged(_))), "an unknown format");
+    }
 }

@@ -87,3 +87,54 @@ fn parse_pose(bytes: &[u8]) -> Option<PoseRecord> {
         theta_rad: f64::from_le_bytes(theta_rad),
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn pose() -> impl Strategy<Value = PoseRecord> {
+        let finite = || any::<f64>().prop_filter("comparable", |value| !value.is_nan());
+        let flags = (any::<bool>(), any::<bool>());
+        (any::<i64>(), any::<Option<u8>>(), flags, finite(), finite(), finite()).prop_map(
+            |(stamp_ns, sensor, (lost, drawn), x_m, y_m, theta_rad)| PoseRecord {
+                stamp_ns,
+                sensor,
+                lost,
+                drawn,
+                x_m,
+                y_m,
+                theta_rad,
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(poses in prop::collection::vec(pose(), 0..20)) {
+            let bytes = encode(&poses);
+            prop_assert_eq!(decode(&bytes).expect("it was just written"), poses);
+            prop_assert!(decode(&bytes[..bytes.len() - 1]).is_err(), "a byte is missing");
+        }
+    }
+
+    /// Format 1, byte by byte: what is stored must stay readable.
+    #[test]
+    fn format_1_is_read() {
+        let mut bytes = vec![1];
+        bytes.extend([0xff; 8]);
+        bytes.extend([1 | 4, 3]);
+        bytes.extend(1.5_f64.to_le_bytes());
+        bytes.extend([0, 0, 0, 0, 0, 0, 0, 0x80]);
+        bytes.extend(0.25_f64.to_le_bytes());
+        let [pose] = decode(&bytes).expect("it is whole")[..] else { panic!("not one pose") };
+        let flags = (pose.stamp_ns, pose.sensor, pose.lost, pose.drawn);
+        assert_eq!(flags, (-1, Some(3), true, false), "stamp and flags");
+        assert_eq!((pose.x_m, pose.theta_rad), (1.5, 0.25), "floats");
+        assert!(pose.y_m.is_sign_negative(), "minus zero stays minus zero");
+        assert_eq!(encode(&[pose]), bytes, "written as it is read");
+        bytes[0] = 9;
+        assert!(matches!(decode(&bytes), Err(Error::Damaged(_))), "an unknown format");
+    }
+}

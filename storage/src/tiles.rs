@@ -111,3 +111,29 @@ fn unpack(hash: ContentHash, bytes: &[u8]) -> Result<Vec<u8>, Error> {
         .filter(|content| ContentHash::of(content) == hash)
         .ok_or_else(|| Error::Damaged(format!("tile {hash} does not have its hash any more")))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tiles_are_compressed_where_it_pays() {
+        let (flat, rough) = ([0_u8; 4096], ContentHash::of(b"noise").0);
+        let packed = [pack(ContentHash::of(&flat), &flat), pack(ContentHash::of(&rough), &rough)];
+        let formats = packed.each_ref().map(|tile| tile.bytes[0]);
+        assert_eq!(formats, [FORMAT_ZSTD, FORMAT_PLAIN], "noise does not get shorter");
+        assert!(packed[0].bytes.len() < 64, "a flat tile is short");
+        for (tile, content) in packed.iter().zip([&flat[..], &rough]) {
+            assert_eq!(unpack(tile.hash, &tile.bytes).expect("it is whole"), content, "as it was");
+        }
+    }
+
+    #[test]
+    fn damage_is_noticed() {
+        let hash = ContentHash::of(b"tile");
+        for bytes in [&b""[..], b"\x00tilt", b"\x01tile", b"\x02tile"] {
+            let unpacked = unpack(hash, bytes);
+            assert!(matches!(unpacked, Err(Error::Damaged(_))), "{bytes:?} is no tile");
+        }
+    }
+}
