@@ -77,10 +77,11 @@ impl<'a> Matcher<'a> {
         self.refined(best)
     }
 
-    /// The best of a large window.
-    pub(crate) fn best_widely(&self, window: Window) -> Match {
+    /// The best of a large window, or its middle if none reaches `score_min`.
+    pub(crate) fn best_widely(&self, window: Window, score_min: f64) -> Match {
         let field = self.chart.field;
-        self.refined(best_in_wide_window(field, &self.search_points, &window, &self.prior))
+        let points = &self.search_points;
+        self.refined(best_in_wide_window(field, points, &window, (&self.prior, score_min)))
     }
 
     fn refined(&self, start: Candidate) -> Match {

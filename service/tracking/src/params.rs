@@ -68,7 +68,10 @@ pub struct TrustParams {
     pub doubt_share: f64,
     /// Below this share a scan is not drawn.
     pub draw_share: f64,
-    /// Below this share the tracker is lost, and searches widely.
+    /// Below this share the tracker searches widely, and believes what it finds far off if that
+    /// is beyond doubt.
+    pub wide_share: f64,
+    /// Below this share the tracker is lost.
     pub lost_share: f64,
     /// Half the window of a search in doubt, in metres.
     pub doubt_half_m: f64,
@@ -117,14 +120,15 @@ impl MappingParams {
             known_share_min: 0.1,
             doubt_share: 0.85,
             draw_share: 0.7,
-            lost_share: 0.55,
+            wide_share: 0.6,
+            lost_share: 0.45,
             doubt_half_m: 0.4,
             doubt_half_rad: 20.0 * PI / 180.0,
             lost_half_m: 1.5,
             lost_half_rad: PI / 2.0,
             lost_half_growth_m: 0.25,
-            lost_half_max_m: 6.0,
-            n_lost_scans_max: 8,
+            lost_half_max_m: 4.0,
+            n_lost_scans_max: 6,
             wide_step_rad: PI / 180.0,
             draw_distance_m: 0.25,
             draw_turn_rad: 8.0 * PI / 180.0,

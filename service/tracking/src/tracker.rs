@@ -190,17 +190,21 @@ impl Tracker {
         }
         let moved = self.state.map_from_robot.step_to(predicted);
         let mut best = matcher.best(tracking_window(predicted, moved, matching), &others);
-        let in_doubt = |found: &Match| found.agreement < trust.doubt_share * usual;
-        if self.state.adrift || in_doubt(&best) {
+        let certain = |found: &Match| trust.doubt_share * usual <= found.agreement;
+        if self.state.adrift || !certain(&best) {
             let window = wide_window(predicted, trust.doubt_half_m, trust.doubt_half_rad, trust);
             best = better(best, matcher.best(window, &others));
         }
-        let share_min = if self.state.n_lost == 0 { trust.lost_share } else { trust.draw_share };
-        let lost = |found: &Match| !reaches(found) || found.agreement < share_min * usual;
-        if (self.state.adrift || lost(&best)) && self.searches_widely(trust) {
-            best = better(best, matcher.best_widely(self.lost_window(predicted, trust)));
+        let poor = best.agreement < trust.wide_share * usual;
+        if (self.state.adrift || poor) && self.searches_widely(trust) {
+            let window = self.lost_window(predicted, trust);
+            let found = matcher.best_widely(window, trust.lost_share * usual);
+            if certain(&found) {
+                best = better(best, found);
+            }
         }
-        if lost(&best) { Found::Nowhere } else { Found::Here(best) }
+        let lost = !reaches(&best) || best.agreement < trust.lost_share * usual;
+        if lost { Found::Nowhere } else { Found::Here(best) }
     }
 
     /// True if odometry says that the robot stands where it was found.

@@ -64,14 +64,15 @@ struct Branch {
 }
 
 /// The best pose of the window's lattice, as
-/// [`best_in_window`](crate::search::best_in_window) would find it, up to which of equals.
+/// [`best_in_window`](crate::search::best_in_window) would find it, up to which of equals; the
+/// window's middle if none scores more than `score_min`.
 pub(crate) fn best_in_wide_window(
     field: &Field,
     points: &[Point2<f64>],
     window: &Window,
-    prior: &Prior,
+    (prior, score_min): (&Prior, f64),
 ) -> Candidate {
-    let mut best = Candidate { pose: window.center, score: f64::NEG_INFINITY };
+    let mut best = Candidate { pose: window.center, score: score_min };
     let points = &points[..points.len().min(N_POINTS_MAX)];
     if points.is_empty() || !window.center.is_finite() {
         return best;
@@ -81,15 +82,18 @@ pub(crate) fn best_in_wide_window(
     let bounds = Bounds::new(field);
     let mut cells = Vec::with_capacity(points.len());
     let mut branches = Vec::new();
+    let scale = 1.0 / (FULL * points.len() as f64);
     for (heading, &pose) in (0_u32..).zip(&headings) {
         place_points(field, points, pose, &mut cells);
         for low in block_lows(half) {
             let bound = bound_sum(&bounds, &cells, low);
+            if f64::from(bound) * scale <= score_min {
+                continue;
+            }
             branches.push(Branch { bound: Reverse(bound), heading, low: (low.x, low.y) });
         }
     }
     branches.sort_unstable();
-    let scale = 1.0 / (FULL * points.len() as f64);
     for Branch { bound: Reverse(bound), heading, low: (x, y) } in branches {
         if f64::from(bound) * scale <= best.score {
             break;
