@@ -258,7 +258,9 @@ impl Store {
             .await?;
             let Some(last) = rows.last() else { break };
             after = last.seq;
-            rows.iter().for_each(|row| row.feed(&mut digest));
+            for row in &rows {
+                row.feed(&mut digest);
+            }
         }
         Ok(ContentHash(*digest.finalize().as_bytes()))
     }

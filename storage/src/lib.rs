@@ -9,6 +9,7 @@ mod connection;
 mod content_hash;
 mod error;
 mod ids;
+mod job_runs;
 mod jobs;
 mod journal;
 mod leases;
@@ -28,9 +29,8 @@ pub use connection::{Store, StoreSettings};
 pub use content_hash::ContentHash;
 pub use error::Error;
 pub use ids::{JobId, JournalSeq, MapId, RobotId, SessionId};
-pub use jobs::{
-    ClaimedJob, JobHeartbeat, JobOutcome, JobRecord, JobReport, JobState, LOG_LINES_MAX, NewJob,
-};
+pub use job_runs::{ClaimedJob, JobHeartbeat, JobOutcome, JobReport};
+pub use jobs::{JobRecord, JobState, LOG_LINES_MAX, NewJob};
 pub use journal::{BatchPayload, JournalEntry, JournalEvent};
 pub use leases::MapLease;
 pub use manifest::TileKey;

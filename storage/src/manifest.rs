@@ -40,7 +40,9 @@ pub(crate) fn encode(tiles: impl IntoIterator<Item = (TileKey, ContentHash)>) ->
     let mut bytes = Vec::with_capacity(9 + frames.len() * FRAME_BYTES + tiles.len() * TILE_BYTES);
     bytes.push(FORMAT);
     push_count(&mut bytes, frames.len());
-    frames.iter().for_each(|frame| bytes.extend_from_slice(frame.0.as_bytes()));
+    for frame in &frames {
+        bytes.extend_from_slice(frame.0.as_bytes());
+    }
     push_count(&mut bytes, tiles.len());
     for (key, hash) in &tiles {
         let frame = key.frame.and_then(|frame| frames.binary_search(&frame).ok());

@@ -44,9 +44,10 @@ pub(crate) fn encode(poses: &[PoseRecord]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(1 + poses.len() * POSE_BYTES);
     bytes.push(FORMAT);
     for pose in poses {
-        let flags = u8::from(pose.lost) * LOST
-            | u8::from(pose.drawn) * DRAWN
-            | u8::from(pose.sensor.is_some()) * HAS_SENSOR;
+        let flag = |is_set: bool, bit: u8| if is_set { bit } else { 0 };
+        let flags = flag(pose.lost, LOST)
+            | flag(pose.drawn, DRAWN)
+            | flag(pose.sensor.is_some(), HAS_SENSOR);
         bytes.extend_from_slice(&pose.stamp_ns.to_le_bytes());
         bytes.extend_from_slice(&[flags, pose.sensor.unwrap_or(0)]);
         for value in [pose.x_m, pose.y_m, pose.theta_rad] {

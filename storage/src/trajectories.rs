@@ -89,9 +89,10 @@ pub(crate) async fn save_poses(
     let current = find(&mut *connection, new.session, version).await?;
     let trajectory_id = match current {
         Some(extent) if extent.origin == new.origin => {
-            match extend(&mut *connection, extent, new).await? {
-                true => extent.trajectory_id,
-                false => fork(&mut *connection, current, new).await?,
+            if extend(&mut *connection, extent, new).await? {
+                extent.trajectory_id
+            } else {
+                fork(&mut *connection, current, new).await?
             }
         }
         _ => fork(&mut *connection, current, new).await?,

@@ -130,15 +130,15 @@ async fn jobs_are_listed_newest_first() {
     store.create_map(&new_map("lab")).await.expect("the id is free");
     let ids = [queue(store, "hall", 3).await, queue(store, "lab", 2).await];
     let last = queue(store, "hall", 1).await;
-    let list = async |map: Option<&MapId>, before, limit| {
+    let listed = async |map: Option<&MapId>, before, limit| {
         let page = store.jobs(map, before, limit).await.expect("reading works");
         page.into_iter().map(|job| job.id).collect::<Vec<_>>()
     };
-    assert_eq!(list(None, None, 2).await, [last, ids[1]], "the first page");
-    assert_eq!(list(None, Some(ids[1]), 2).await, [ids[0]], "the page behind it");
-    assert_eq!(list(Some(&hall()), None, 9).await, [last, ids[0]], "one map's");
+    assert_eq!(listed(None, None, 2).await, [last, ids[1]], "the first page");
+    assert_eq!(listed(None, Some(ids[1]), 2).await, [ids[0]], "the page behind it");
+    assert_eq!(listed(Some(&hall()), None, 9).await, [last, ids[0]], "one map's");
     let nobody = Some(JobId(Uuid::nil()));
-    assert_eq!(list(None, nobody, 9).await, [], "nothing is behind what is not there");
+    assert_eq!(listed(None, nobody, 9).await, [], "nothing is behind what is not there");
     let attic = NewJob {
         id: JobId(Uuid::from_u128(9)),
         map: MapId("attic".to_owned()),

@@ -12,8 +12,8 @@ use crate::versions::{lease, snapshot};
 fn pose(index: u64, attempt: u32) -> PoseRecord {
     PoseRecord {
         stamp_ns: i64::try_from(index).expect("a small number"),
-        sensor: (index % 2 == 0).then_some(3),
-        lost: index % 3 == 0,
+        sensor: index.is_multiple_of(2).then_some(3),
+        lost: index.is_multiple_of(3),
         drawn: index % 3 == 1,
         x_m: index as f64 * 0.1,
         y_m: -0.0,
