@@ -1,0 +1,134 @@
+//! REST: JSON over HTTP, its OpenAPI document, health and metrics. Carries operations, decides
+//! nothing.
+
+mod batches;
+mod entity_tag;
+mod events;
+mod geometry;
+mod grids;
+mod health;
+mod home;
+mod idempotency;
+mod integer;
+mod jobs;
+mod maps;
+mod observations;
+mod openapi;
+mod page;
+mod problem;
+mod pyramid;
+mod reply;
+mod request;
+mod robots;
+mod sensors;
+mod session_routes;
+mod sessions;
+mod sse;
+mod tiles;
+mod trajectories;
+mod tum;
+mod versions;
+
+use axum::Router;
+use axum::extract::{DefaultBodyLimit, Request};
+use axum::http::HeaderName;
+use axum::middleware;
+use axum::routing::get;
+use tower::limit::GlobalConcurrencyLimitLayer;
+use tower_http::catch_panic::CatchPanicLayer;
+use tower_http::compression::CompressionLayer;
+use tower_http::request_id::{MakeRequestUuid, PropagateRequestIdLayer, SetRequestIdLayer};
+use tower_http::trace::TraceLayer;
+use utoipa::OpenApi;
+use utoipa_axum::router::{OpenApiRouter, UtoipaMethodRouterExt};
+use utoipa_axum::routes;
+use utoipa_swagger_ui::{Config, SwaggerUi};
+
+use crate::service::Service;
+
+/// Answers that draw a grid at the same time; more wait. A grid of the largest size takes some 200 MB
+/// while it is drawn.
+const N_DRAWN_AT_ONCE: usize = 4;
+/// Names a request in answers and in the log. A caller's own is kept.
+const REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+/// The tile route as the router takes it (a parameter is a whole segment), and as it is.
+const TILE_ROUTE: &str = "/v1/maps/{map}/versions/{version}/tiles/{z}/{x}/{y}";
+const TILE_PATH: &str = "/v1/maps/{map}/versions/{version}/tiles/{z}/{x}/{y}.png";
+
+/// What every handler works with.
+#[derive(Clone)]
+pub(crate) struct Rest {
+    service: Service,
+    keys_in_use: idempotency::KeysInUse,
+}
+
+/// REST, documentation, health and metrics. Every error is a problem document.
+pub(crate) fn router(service: &Service) -> Router {
+    let (routes, _) = api().split_for_parts();
+    let rest =
+        Rest { service: service.clone(), keys_in_use: idempotency::KeysInUse::default() };
+    let limit_bytes = service.settings.limits.request_bytes_max;
+    let docs = SwaggerUi::new("/docs")
+        .url("/openapi.json", openapi())
+        .config(Config::default().validator_url("none"));
+    routes
+        .route("/", get(home::home))
+        .with_state(rest)
+        .merge(docs)
+        .layer(DefaultBodyLimit::max(limit_bytes))
+        .layer(CatchPanicLayer::custom(problem::of_panic))
+        .layer(middleware::from_fn(problem::written_out))
+        .layer(CompressionLayer::new().gzip(true))
+        .layer(middleware::from_fn(entity_tag::weakened))
+        .layer(TraceLayer::new_for_http().make_span_with(span))
+        .layer(PropagateRequestIdLayer::new(REQUEST_ID))
+        .layer(SetRequestIdLayer::new(REQUEST_ID, MakeRequestUuid))
+}
+
+/// The OpenAPI 3.1 document.
+#[must_use]
+pub fn openapi() -> utoipa::openapi::OpenApi {
+    let (_, mut document) = api().split_for_parts();
+    if let Some(tiles) = document.paths.paths.remove(TILE_ROUTE) {
+        document.paths.paths.insert(TILE_PATH.to_owned(), tiles);
+    }
+    document
+}
+
+fn api() -> OpenApiRouter<Rest> {
+    let drawing = GlobalConcurrencyLimitLayer::new(N_DRAWN_AT_ONCE);
+    OpenApiRouter::with_openapi(openapi::Document::openapi())
+        .routes(routes!(maps::list_maps, maps::create_map))
+        .routes(routes!(maps::get_map))
+        .routes(routes!(versions::list_map_versions))
+        .routes(routes!(versions::get_map_version))
+        .routes(routes!(versions::publish_map_version))
+        .routes(routes!(grids::get_grid).layer(drawing.clone()))
+        .routes(routes!(tiles::get_tile).layer(drawing))
+        .routes(routes!(robots::list_robots, robots::create_robot))
+        .routes(routes!(robots::get_robot))
+        .routes(routes!(session_routes::list_sessions, session_routes::open_session))
+        .routes(routes!(session_routes::get_session))
+        .routes(routes!(session_routes::close_session))
+        .routes(routes!(batches::ingest_batch))
+        .routes(routes!(trajectories::get_trajectory))
+        .routes(routes!(jobs::list_jobs, jobs::create_job))
+        .routes(routes!(jobs::get_job))
+        .routes(routes!(jobs::cancel_job))
+        .routes(routes!(jobs::watch_job))
+        .routes(routes!(events::watch_events))
+        .routes(routes!(health::healthz))
+        .routes(routes!(health::readyz))
+        .routes(routes!(health::metrics))
+}
+
+fn span(request: &Request) -> tracing::Span {
+    let id = request_id(request);
+    tracing::info_span!("request", method = %request.method(), path = request.uri().path(), id)
+}
+
+/// The request's id as the outermost layer set it.
+fn request_id(request: &Request) -> String {
+    let header = request.headers().get(REQUEST_ID).and_then(|value| value.to_str().ok());
+    header.unwrap_or_default().to_owned()
+}
