@@ -10,12 +10,14 @@ mod client;
 mod delivery;
 mod error;
 mod source;
+mod spool;
 
 pub use backoff::{Backoff, BackoffParams};
 pub use client::Client;
 pub use delivery::{Delivered, DeliveryEvent, DeliveryParams, SessionName, deliver};
 pub use error::{Error, Refusal};
 pub use source::{BatchSource, Outgoing};
+pub use spool::{Spool, SpoolParams, SpoolSource, SpoolWriter, Spooled, spool_channel};
 
 /// The messages, as generated from the `.proto` files.
 pub use meetpoint_proto::v1;
