@@ -34,6 +34,9 @@ pub enum Error {
     /// An answer lacks what the contract promises.
     #[error("the service's answer has no `{0}`")]
     Malformed(&'static str),
+    /// The robot's folder or its spool cannot be used.
+    #[error("cannot use the robot's folder: {0}")]
+    Folder(#[source] std::io::Error),
     /// The source of the batches failed.
     #[error("cannot read the batches to send: {0}")]
     Source(#[source] std::io::Error),

@@ -9,6 +9,7 @@ mod backoff;
 mod client;
 mod delivery;
 mod error;
+mod robot_session;
 mod source;
 mod spool;
 
@@ -16,6 +17,7 @@ pub use backoff::{Backoff, BackoffParams};
 pub use client::Client;
 pub use delivery::{Delivered, DeliveryEvent, DeliveryParams, SessionName, deliver};
 pub use error::{Error, Refusal};
+pub use robot_session::{RobotEvent, RobotParams, RobotSession, Run};
 pub use source::{BatchSource, Outgoing};
 pub use spool::{Spool, SpoolParams, SpoolSource, SpoolWriter, Spooled, spool_channel};
 

@@ -2,23 +2,11 @@
 
 use std::{io, time::Duration};
 
+use crate::FAST;
 use crate::fake::{Fake, Faults, N_BATCHES_UNRELIABLE, N_IN_FLIGHT_MAX};
 use meetpoint_client::{
-    BackoffParams, BatchSource, Client, DeliveryEvent, DeliveryParams, Error, Outgoing,
-    SessionName, deliver,
+    BatchSource, Client, DeliveryEvent, DeliveryParams, Error, Outgoing, SessionName, deliver,
     v1::{Batch, Mark, Observation, observation::Kind},
-};
-
-/// Fast enough for a test, and still a wait.
-const FAST: DeliveryParams = DeliveryParams {
-    backoff: BackoffParams {
-        delay_first: Duration::from_millis(1),
-        factor: 2.0,
-        delay_max: Duration::from_millis(4),
-    },
-    attach_timeout: Duration::from_secs(5),
-    ack_timeout: Duration::from_secs(5),
-    give_up_after: None,
 };
 
 /// Batches 1 to `last_number`, but for those that were dropped.
@@ -71,7 +59,7 @@ fn check_received(fake: &Fake, source: &Batches) {
         .filter(|number| !source.dropped.is_some_and(|(a, b)| (a..=b).contains(number)))
         .map(batch)
         .collect();
-    assert_eq!(fake.durable(), expected, "once each, in order");
+    assert_eq!(fake.durable("session"), expected, "once each, in order");
 }
 
 #[tokio::test]
@@ -93,7 +81,7 @@ async fn a_calm_service_gets_everything() {
     assert_eq!(source.forgotten_through, 200, "the source may forget all");
     assert_eq!(acked, 200, "and the caller hears of it");
     check_received(&fake, &source);
-    assert!(fake.n_in_flight_seen() <= N_IN_FLIGHT_MAX, "the window is respected");
+    assert!(fake.n_in_flight_seen("session") <= N_IN_FLIGHT_MAX, "the window is respected");
 }
 
 #[tokio::test]

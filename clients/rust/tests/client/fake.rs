@@ -2,7 +2,7 @@
 
 use std::{
     collections::HashMap,
-    sync::{Arc, Mutex},
+    sync::{Arc, Mutex, MutexGuard},
     time::Duration,
 };
 
@@ -47,8 +47,7 @@ impl Faults {
     pub(crate) const ALL: Self = Self { breaks: 0.04, gap: 0.02, late_ack: 0.4, double_ack: 0.1 };
 }
 
-/// What the service remembers of its session.
-#[derive(Default)]
+/// What the service remembers of a session.
 struct Journal {
     /// All batches taken in, by number; holes are absent.
     taken: Vec<Batch>,
@@ -57,13 +56,35 @@ struct Journal {
     /// Durable up to here.
     acked_through: u64,
     n_in_flight_seen: u64,
-    sessions: HashMap<String, Session>,
+    closed: bool,
+}
+
+impl Default for Journal {
+    fn default() -> Self {
+        let taken = Vec::new();
+        Self { taken, expected: 1, acked_through: 0, n_in_flight_seen: 0, closed: false }
+    }
+}
+
+/// Journals by session, in the order in which the sessions were first named.
+#[derive(Default)]
+struct Journals(Vec<(String, Journal)>);
+
+impl Journals {
+    fn of(&mut self, session: &str) -> &mut Journal {
+        let known = self.0.iter().position(|(name, _)| name == session);
+        let index = known.unwrap_or_else(|| {
+            self.0.push((session.to_owned(), Journal::default()));
+            self.0.len() - 1
+        });
+        &mut self.0[index].1
+    }
 }
 
 /// The service, and the eyes of the test on it.
 #[derive(Clone)]
 pub(crate) struct Fake {
-    journal: Arc<Mutex<Journal>>,
+    journals: Arc<Mutex<Journals>>,
     rng: Arc<Mutex<StdRng>>,
     faults: Faults,
 }
@@ -73,9 +94,8 @@ impl Fake {
     pub(crate) async fn start(faults: Faults, seed: u64) -> (Self, String) {
         let listener = TcpListener::bind("127.0.0.1:0").await.expect("a free port");
         let address = listener.local_addr().expect("it is bound");
-        let journal = Journal { expected: 1, ..Journal::default() };
         let fake = Self {
-            journal: Arc::new(Mutex::new(journal)),
+            journals: Arc::default(),
             rng: Arc::new(Mutex::new(StdRng::seed_from_u64(seed))),
             faults,
         };
@@ -85,16 +105,26 @@ impl Fake {
         (fake, format!("http://{address}"))
     }
 
-    /// The batches that are durable, in the order in which they were taken in.
-    pub(crate) fn durable(&self) -> Vec<Batch> {
-        let journal = self.journal.lock().expect("no test panicked");
+    /// The batches of a session that are durable, in the order in which they were taken in.
+    pub(crate) fn durable(&self, session: &str) -> Vec<Batch> {
+        let mut journals = self.journals();
+        let journal = journals.of(session);
         let durable = |batch: &&Batch| batch.number <= journal.acked_through;
         journal.taken.iter().filter(durable).cloned().collect()
     }
 
+    /// The sessions in order, and whether each was closed.
+    pub(crate) fn sessions(&self) -> Vec<(String, bool)> {
+        self.journals().0.iter().map(|(name, journal)| (name.clone(), journal.closed)).collect()
+    }
+
     /// The most batches that were ever under way.
-    pub(crate) fn n_in_flight_seen(&self) -> u64 {
-        self.journal.lock().expect("no test panicked").n_in_flight_seen
+    pub(crate) fn n_in_flight_seen(&self, session: &str) -> u64 {
+        self.journals().of(session).n_in_flight_seen
+    }
+
+    fn journals(&self) -> MutexGuard<'_, Journals> {
+        self.journals.lock().expect("no test panicked")
     }
 
     fn happens(&self, probability: f64) -> bool {
@@ -102,8 +132,9 @@ impl Fake {
     }
 
     /// Takes in one message; what to answer, or how the stream ends.
-    fn take(&self, kind: ingest_request::Kind) -> Result<Vec<u64>, Status> {
-        let mut journal = self.journal.lock().expect("no test panicked");
+    fn take(&self, session: &str, kind: ingest_request::Kind) -> Result<Vec<u64>, Status> {
+        let mut journals = self.journals();
+        let journal = journals.of(session);
         if self.happens(self.faults.breaks) {
             if self.happens(0.5) {
                 let kept = journal.acked_through;
@@ -161,12 +192,13 @@ impl Fake {
 
     async fn serve(
         self,
+        session: String,
         mut requests: Streaming<IngestRequest>,
         responses: mpsc::Sender<Result<IngestResponse, Status>>,
     ) {
         while let Ok(Some(request)) = requests.message().await {
             let kind = request.kind.expect("the client sends no empty message");
-            match self.take(kind) {
+            match self.take(&session, kind) {
                 Ok(acks) => {
                     for acked_through in acks {
                         let ack = Ack { acked_through, rejected: Vec::new() };
@@ -217,7 +249,7 @@ impl SessionService for Fake {
         if attach.epoch == 0 {
             return Err(fenced());
         }
-        let expected_number = self.journal.lock().expect("no test panicked").expected;
+        let expected_number = self.journals().of(&attach.session).expected;
         let limits = IngestLimits {
             n_in_flight_max: u32::try_from(N_IN_FLIGHT_MAX).expect("it is small"),
             batch_bytes_max: 1 << 20,
@@ -227,7 +259,7 @@ impl SessionService for Fake {
         let (sender, receiver) = mpsc::channel(QUEUE);
         let first = sender.send(Ok(answer(ingest_response::Kind::Attached(attached)))).await;
         first.expect("the receiver is ours");
-        tokio::spawn(self.clone().serve(requests, sender));
+        tokio::spawn(self.clone().serve(attach.session, requests, sender));
         Ok(Response::new(ReceiverStream::new(receiver)))
     }
 
@@ -236,19 +268,18 @@ impl SessionService for Fake {
         request: Request<OpenSessionRequest>,
     ) -> Result<Response<OpenSessionResponse>, Status> {
         let request = request.into_inner();
-        let mut journal = self.journal.lock().expect("no test panicked");
-        let resumed = journal.sessions.contains_key(&request.client_key);
-        let session = journal.sessions.entry(request.client_key.clone()).or_insert(Session {
-            id: "session".to_owned(),
+        let resumed = self.sessions().iter().any(|(name, _)| *name == request.client_key);
+        let session = Session {
+            acked_through: self.journals().of(&request.client_key).acked_through,
+            id: request.client_key.clone(),
             map: request.map,
             robot: request.robot,
             epoch: request.epoch,
             client_key: request.client_key,
             state: SessionState::Open.into(),
             ..Session::default()
-        });
-        let session = Some(session.clone());
-        Ok(Response::new(OpenSessionResponse { session, resumed, limits: None }))
+        };
+        Ok(Response::new(OpenSessionResponse { session: Some(session), resumed, limits: None }))
     }
 
     async fn get_session(
@@ -270,6 +301,7 @@ impl SessionService for Fake {
         request: Request<CloseSessionRequest>,
     ) -> Result<Response<CloseSessionResponse>, Status> {
         let CloseSessionRequest { session, epoch } = request.into_inner();
+        self.journals().of(&session).closed = true;
         let state = SessionState::Closed.into();
         let session = Some(Session { id: session, epoch, state, ..Session::default() });
         Ok(Response::new(CloseSessionResponse { session }))
