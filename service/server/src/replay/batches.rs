@@ -3,7 +3,7 @@
 //! The same recording and section always give the same batches, so that a replay can go on where
 //! an earlier one stopped. Whoever changes what comes out here raises [`CUT_VERSION`].
 
-use std::io::BufRead;
+use std::io::{self, BufRead};
 
 use meetpoint_client::v1::{Batch, LaserScan, Observation, OdometryPose, observation::Kind};
 use meetpoint_geometry::Pose;
@@ -44,6 +44,12 @@ pub(crate) struct CutBatch {
 /// Gives the batches of a recording in order.
 pub(crate) struct Batches<'a, R> {
     lines: Lines<R>,
+    cutter: Cutter<'a>,
+    ended: bool,
+}
+
+/// Makes batches of lines.
+struct Cutter<'a> {
     survey: &'a Survey,
     section: Section,
     /// Observations of the batch in the making.
@@ -58,8 +64,7 @@ pub(crate) struct Batches<'a, R> {
 impl<'a, R: BufRead> Batches<'a, R> {
     /// The batches of the part `section` of a recording that was surveyed before.
     pub(crate) fn new(lines: Lines<R>, survey: &'a Survey, section: Section) -> Self {
-        Self {
-            lines,
+        let cutter = Cutter {
             survey,
             section,
             open: Vec::new(),
@@ -67,7 +72,64 @@ impl<'a, R: BufRead> Batches<'a, R> {
             n_readings: 0,
             first_scan_ns: None,
             number: 0,
+        };
+        Self { lines, cutter, ended: false }
+    }
+
+    /// What comes behind the last line: an error, if that is not where the survey saw the end.
+    fn end(&mut self, read: io::Result<()>) -> Option<io::Result<CutBatch>> {
+        self.ended = true;
+        let survey = self.cutter.survey;
+        if let (Err(error), None) = (read, &survey.broken_off) {
+            return Some(Err(error));
         }
+        let n_lines = self.lines.number();
+        if n_lines != survey.n_lines {
+            return Some(Err(io::Error::other(format!(
+                "the recording has {n_lines} lines and had {} a moment ago",
+                survey.n_lines
+            ))));
+        }
+        self.cutter.cut().map(Ok)
+    }
+}
+
+impl<R: BufRead> Iterator for Batches<'_, R> {
+    type Item = io::Result<CutBatch>;
+
+    fn next(&mut self) -> Option<io::Result<CutBatch>> {
+        while !self.ended {
+            match self.lines.next() {
+                Ok(Some(Line::Whole(line))) => {
+                    if let Some(batch) = self.cutter.take(line) {
+                        return Some(Ok(batch));
+                    }
+                }
+                Ok(Some(Line::TooLong)) => {}
+                Ok(None) => return self.end(Ok(())),
+                Err(error) => return self.end(Err(error)),
+            }
+        }
+        None
+    }
+}
+
+impl Cutter<'_> {
+    /// Takes in a line. The batch that it fills, if it does.
+    fn take(&mut self, line: &[u8]) -> Option<CutBatch> {
+        let stamp_ns = match carmen::parse(line) {
+            Ok(Message::Odometry { stamp_ns, pose }) if self.section.contains(stamp_ns) => {
+                self.open.push(odometry_observation(stamp_ns, pose));
+                stamp_ns
+            }
+            Ok(Message::Scan(scan)) if self.section.contains(scan.stamp_ns) => {
+                let stamp_ns = scan.stamp_ns;
+                self.add_scan(scan);
+                stamp_ns
+            }
+            _ => return None,
+        };
+        if self.is_full(stamp_ns) { self.cut() } else { None }
     }
 
     /// Takes in a scan and the odometry of its line, which goes first.
@@ -116,39 +178,6 @@ impl<'a, R: BufRead> Batches<'a, R> {
     }
 }
 
-impl<R: BufRead> Iterator for Batches<'_, R> {
-    type Item = CutBatch;
-
-    fn next(&mut self) -> Option<CutBatch> {
-        // What the survey found unreadable ends the recording here too.
-        while let Ok(Some(line)) = self.lines.next() {
-            let Line::Whole(line) = line else { continue };
-            let stamp_ns = match carmen::parse(line) {
-                Ok(Message::Odometry { stamp_ns, pose }) => {
-                    if !self.section.contains(stamp_ns) {
-                        continue;
-                    }
-                    self.open.push(odometry_observation(stamp_ns, pose));
-                    stamp_ns
-                }
-                Ok(Message::Scan(scan)) => {
-                    if !self.section.contains(scan.stamp_ns) {
-                        continue;
-                    }
-                    let stamp_ns = scan.stamp_ns;
-                    self.add_scan(scan);
-                    stamp_ns
-                }
-                _ => continue,
-            };
-            if self.is_full(stamp_ns) {
-                return self.cut();
-            }
-        }
-        self.cut()
-    }
-}
-
 fn odometry_observation(stamp_ns: i64, pose: Pose) -> Observation {
     let Pose { x_m, y_m, theta_rad } = pose;
     let pose = meetpoint_client::v1::Pose { x_m, y_m, theta_rad };
@@ -178,7 +207,9 @@ mod tests {
     fn cut(text: &str, from: Option<Place>, to: Option<Place>) -> Vec<CutBatch> {
         let survey = survey(Lines::new(text.as_bytes()));
         let section = Section::new(from, to, survey.stamps_ns().unwrap_or_default());
-        Batches::new(Lines::new(text.as_bytes()), &survey, section).collect()
+        Batches::new(Lines::new(text.as_bytes()), &survey, section)
+            .collect::<io::Result<_>>()
+            .expect("the text is still the same")
     }
 
     #[test]
@@ -207,6 +238,18 @@ mod tests {
         let batches = cut(&log(100), Some(Place::Seconds(2.0)), Some(Place::Fraction(0.5)));
         let n_scans: u64 = batches.iter().map(|batch| batch.n_scans).sum();
         assert!((29..=31).contains(&n_scans), "{n_scans} scans from 2 s to 4.95 s");
+    }
+
+    #[test]
+    fn a_recording_that_changed_is_not_taken_for_its_end() {
+        let survey = survey(Lines::new(log(9).as_bytes()));
+        let shorter = log(8);
+        let section = Section::new(None, None, (0, 0));
+        let mut batches = Batches::new(Lines::new(shorter.as_bytes()), &survey, section);
+        let last = batches.next().expect("something");
+        let error = last.expect_err("two lines are missing");
+        assert_eq!(error.to_string(), "the recording has 16 lines and had 18 a moment ago", "why");
+        assert!(batches.next().is_none(), "and nothing more");
     }
 
     proptest! {

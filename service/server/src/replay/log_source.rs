@@ -5,7 +5,7 @@ use std::{
     io,
     path::PathBuf,
     sync::{Arc, Mutex, PoisonError},
-    thread,
+    thread::{self, JoinHandle},
     time::Duration,
 };
 
@@ -59,6 +59,8 @@ impl Tally {
 /// Gives the batches of a recording, and keeps those that are not acknowledged.
 pub(crate) struct LogSource {
     incoming: mpsc::Receiver<io::Result<CutBatch>>,
+    /// The thread that reads; `None` once it was seen to end well.
+    reader: Option<JoinHandle<()>>,
     /// Consecutive numbers, the first above `forgotten_through` or below what comes next.
     kept: VecDeque<CutBatch>,
     forgotten_through: u64,
@@ -74,13 +76,29 @@ impl LogSource {
         let (sender, incoming) = mpsc::channel(READ_AHEAD);
         let rate = reading.rate;
         // The thread ends with the file, or at its next batch when the source was dropped.
-        thread::spawn(move || read(&reading, &sender));
-        Self { incoming, kept: VecDeque::new(), forgotten_through: 0, rate, began: None, tally }
+        let reader = Some(thread::spawn(move || read(&reading, &sender)));
+        Self {
+            incoming,
+            reader,
+            kept: VecDeque::new(),
+            forgotten_through: 0,
+            rate,
+            began: None,
+            tally,
+        }
     }
 
     fn kept(&self, number: u64) -> Option<&CutBatch> {
         let first = self.kept.front()?.batch.number;
         self.kept.get(usize::try_from(number.checked_sub(first)?).ok()?)
+    }
+
+    /// The end of the recording, if the thread did not fail on the way there.
+    fn end(&mut self) -> io::Result<Outgoing> {
+        match self.reader.take().map(JoinHandle::join) {
+            Some(Err(_)) => Err(io::Error::other("the thread that reads the recording failed")),
+            Some(Ok(())) | None => Ok(Outgoing::End),
+        }
     }
 
     fn drop_forgotten(&mut self) {
@@ -103,7 +121,7 @@ impl LogSource {
 impl BatchSource for LogSource {
     async fn get(&mut self, number: u64) -> io::Result<Outgoing> {
         while self.kept(number).is_none() {
-            let Some(read) = self.incoming.recv().await else { return Ok(Outgoing::End) };
+            let Some(read) = self.incoming.recv().await else { return self.end() };
             let cut = read?;
             self.tally.add(cut.n_scans);
             self.kept.push_back(cut);
@@ -128,7 +146,7 @@ fn read(reading: &LogReading, sender: &mpsc::Sender<io::Result<CutBatch>>) {
     match lines::open(&reading.path) {
         Ok(lines) => {
             for batch in Batches::new(lines, &reading.survey, reading.section) {
-                if sender.blocking_send(Ok(batch)).is_err() {
+                if sender.blocking_send(batch).is_err() {
                     return;
                 }
             }

@@ -79,7 +79,11 @@ impl Report {
             .lost
             .iter()
             .map(|&LostSpan { from_ns, through_ns, n_scans }| {
-                json!({"from_ns": from_ns, "through_ns": through_ns, "scans": n_scans})
+                json!({
+                    "from_ns": integer(from_ns),
+                    "through_ns": integer(through_ns),
+                    "scans": n_scans,
+                })
             })
             .collect();
         let bad: Vec<_> = survey
@@ -161,6 +165,11 @@ impl fmt::Display for Report {
     }
 }
 
+/// A number, as a string where a double cannot hold it.
+fn integer(number: i64) -> Value {
+    if number.unsigned_abs() < 1 << 53 { json!(number) } else { json!(number.to_string()) }
+}
+
 /// What the first pass had to leave out, in words; empty if nothing.
 pub(crate) fn left_out(survey: &Survey) -> Vec<String> {
     let mut lines = Vec::new();
@@ -188,6 +197,12 @@ fn counts(counts: &BTreeMap<String, u64>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn stamps_of_today_are_strings_in_json() {
+        assert_eq!(integer(-5), json!(-5), "a double holds it");
+        assert_eq!(integer(976_052_857_337_530_001), json!("976052857337530001"), "not this one");
+    }
 
     #[test]
     fn lost_scans_in_a_row_are_one_span() {
