@@ -214,7 +214,7 @@ impl<'a> Recording<'a> {
             rate: self.args.rate.times_real_time(),
         };
         let mut source = LogSource::start(reading, self.tally.clone());
-        self.progress.resume(session.acked_through, session.mapped_through);
+        self.progress.resume(session);
         let mut rejections = HashSet::new();
         let mut rejected = BTreeMap::new();
         let events = |event| match event {
@@ -235,7 +235,7 @@ impl<'a> Recording<'a> {
         let params =
             DeliveryParams { give_up_after: Some(completion::PATIENCE), ..DeliveryParams::ROBOT };
         let delivery = deliver(client, &name, &mut source, &params, events);
-        let following = completion::follow(client, &session.id, |now| self.look(now));
+        let following = completion::follow(client, &session.id, |now| self.progress.look(now));
         let Delivered { acked_through, n_reconnects } = tokio::select! {
             delivered = delivery => delivered.context("the service did not take all batches")?,
             () = following => bail!("the session was followed to its end before it was sent"),
@@ -243,10 +243,6 @@ impl<'a> Recording<'a> {
         let n_before = self.tally.scans_through(session.acked_through);
         let n_scans = self.tally.scans_through(acked_through) - n_before;
         Ok(Sent { n_scans, n_reconnects, rejected })
-    }
-
-    fn look(&self, session: &Session) {
-        self.progress.mapped_through(session.mapped_through);
     }
 
     /// Waits for the version that holds all, and says what was done.
@@ -257,7 +253,7 @@ impl<'a> Recording<'a> {
         sent: Sent,
     ) -> anyhow::Result<Report> {
         let was_done = 0 < session.complete_in_version;
-        let look = |now: &Session| self.look(now);
+        let look = |now: &Session| self.progress.look(now);
         let (session, version) = completion::close_and_wait(client, session, look).await?;
         let took_s = self.progress.took().as_secs_f64();
         let times_real_time = self.progress.times_real_time();

@@ -5,8 +5,10 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::log_source::Tally;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use meetpoint_client::v1::Session;
+
+use super::log_source::Tally;
 
 /// Redraws a second.
 const REDRAWS_HZ: u8 = 8;
@@ -29,6 +31,8 @@ pub(crate) struct Progress {
     mapped_before: AtomicU64,
     /// The last batch that is in the map.
     mapped: AtomicU64,
+    /// Scans that the service says it has.
+    n_received: AtomicU64,
 }
 
 impl Progress {
@@ -56,15 +60,22 @@ impl Progress {
             acked: AtomicU64::new(0),
             mapped_before: AtomicU64::new(0),
             mapped: AtomicU64::new(0),
+            n_received: AtomicU64::new(0),
         }
     }
 
-    /// An earlier replay came so far.
-    pub(crate) fn resume(&self, acked_through: u64, mapped_through: u64) {
-        self.mapped_before.store(mapped_through, Ordering::Relaxed);
-        self.sent_through(acked_through);
-        self.acked_through(acked_through);
-        self.mapped_through(mapped_through);
+    /// The session as it is before anything is sent: an earlier replay came so far.
+    pub(crate) fn resume(&self, session: &Session) {
+        self.mapped_before.store(session.mapped_through, Ordering::Relaxed);
+        self.sent_through(session.acked_through);
+        self.look(session);
+    }
+
+    /// The session as it is now.
+    pub(crate) fn look(&self, session: &Session) {
+        self.mapped.fetch_max(session.mapped_through, Ordering::Relaxed);
+        self.n_received.fetch_max(session.scans, Ordering::Relaxed);
+        self.acked_through(session.acked_through);
     }
 
     /// All up to this batch are on their way or further.
@@ -75,12 +86,6 @@ impl Progress {
     /// All up to this batch are durable at the service.
     pub(crate) fn acked_through(&self, number: u64) {
         self.acked.fetch_max(number, Ordering::Relaxed);
-        self.draw();
-    }
-
-    /// All up to this batch are in the map.
-    pub(crate) fn mapped_through(&self, number: u64) {
-        self.mapped.fetch_max(number, Ordering::Relaxed);
         self.draw();
     }
 
@@ -101,17 +106,18 @@ impl Progress {
         self.start.elapsed()
     }
 
-    /// Scans acknowledged.
+    /// Scans acknowledged. The service's count lags, and ours begins when the file is read.
     pub(crate) fn n_acked(&self) -> u64 {
-        self.scans_through(&self.acked)
+        self.scans_through(&self.acked).max(self.n_received.load(Ordering::Relaxed))
     }
 
-    /// Driving mapped per time taken, since the beginning.
-    pub(crate) fn times_real_time(&self) -> f64 {
+    /// Driving mapped per time taken, since the beginning. `None` if this replay has read nothing.
+    pub(crate) fn times_real_time(&self) -> Option<f64> {
         let before = self.scans_through(&self.mapped_before);
         let mapped = self.scans_through(&self.mapped).saturating_sub(before);
         let share = mapped as f64 / self.n_scans.max(1) as f64;
-        self.driving_s * share / self.took().as_secs_f64().max(f64::EPSILON)
+        let ratio = self.driving_s * share / self.took().as_secs_f64().max(f64::EPSILON);
+        (0 < mapped).then_some(ratio)
     }
 
     fn scans_through(&self, number: &AtomicU64) -> u64 {
@@ -129,7 +135,7 @@ impl Progress {
             self.n_scans,
             self.scans_through(&self.sent),
             self.n_acked(),
-            self.times_real_time(),
+            self.times_real_time().unwrap_or(0.0),
         ));
     }
 }

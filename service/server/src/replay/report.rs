@@ -33,8 +33,8 @@ pub(crate) struct Report {
     pub(crate) n_reconnects: u64,
     /// Seconds taken.
     pub(crate) took_s: f64,
-    /// Driving mapped per time taken.
-    pub(crate) times_real_time: f64,
+    /// Driving mapped per time taken; `None` if an earlier replay had sent it all.
+    pub(crate) times_real_time: Option<f64>,
     /// Stretches in which the tracker was lost.
     pub(crate) lost: Vec<LostSpan>,
     /// The map version that holds all; 0 if nothing was there to map.
@@ -139,11 +139,12 @@ impl fmt::Display for Report {
         if self.was_done {
             writeln!(f, "  was replayed before, to the end: nothing to do")?;
         } else {
-            writeln!(
-                f,
-                "  {} scans sent, {} in the session; {:.1} s, {:.0} times real time",
-                self.n_scans_sent, self.n_scans, self.took_s, self.times_real_time
-            )?;
+            let (sent, all, took_s) = (self.n_scans_sent, self.n_scans, self.took_s);
+            write!(f, "  {sent} scans sent, {all} in the session; {took_s:.1} s")?;
+            match self.times_real_time {
+                Some(ratio) => writeln!(f, ", {ratio:.0} times real time")?,
+                None => writeln!(f)?,
+            }
         }
         if 0 < self.n_reconnects {
             writeln!(f, "  connected anew {} times", self.n_reconnects)?;
