@@ -92,7 +92,7 @@ impl BeamModel {
         log_odds_miss: -0.4,
         log_odds_bound: 3.5,
         decay: 0.9999,
-        hit_weight: 0.2,
+        hit_weight: 0.5,
         hit_range_max_m: 40.0,
         clear_range_max_m: 5.0,
     };

@@ -14,6 +14,7 @@
 use meetpoint_geometry::{Point2, Pose, angle_between};
 
 use crate::field::Field;
+use crate::points::ScanPoint;
 use crate::search::Prior;
 
 /// Steps shorter than this in metres and radians change nothing that matters.
@@ -31,7 +32,7 @@ struct Normal {
 /// The pose to which the descent from `start` leads. `points` are in the robot's frame.
 pub(crate) fn descend(
     field: &Field,
-    points: &[Point2<f64>],
+    points: &[ScanPoint],
     start: Pose,
     prior: &Prior,
     n_iterations_max: u32,
@@ -57,24 +58,27 @@ pub(crate) fn descend(
     pose
 }
 
-fn normal(field: &Field, points: &[Point2<f64>], pose: Pose, prior: &Prior) -> Normal {
+fn normal(field: &Field, points: &[ScanPoint], pose: Pose, prior: &Prior) -> Normal {
     let mut sums = Normal::default();
     let (sin, cos) = pose.theta_rad.sin_cos();
-    for point in points {
+    let mut total = 0.0;
+    for &ScanPoint { at: point, weight } in points {
+        total += weight;
         let (rx, ry) = (cos * point.x - sin * point.y, sin * point.x + cos * point.y);
         let (value, gx, gy) = field.interpolate(Point2::new(pose.x_m + rx, pose.y_m + ry));
         let gt = rx * gy - ry * gx;
         let short = 1.0 - value;
-        sums.cost += 0.5 * short * short;
+        sums.cost += 0.5 * weight * short * short;
+        let short = weight * short;
         sums.gradient[0] += short * gx;
         sums.gradient[1] += short * gy;
         sums.gradient[2] += short * gt;
         let products = [gx * gx, gx * gy, gx * gt, gy * gy, gy * gt, gt * gt];
         for (sum, product) in sums.hessian.iter_mut().zip(products) {
-            *sum += product;
+            *sum += weight * product;
         }
     }
-    let share = 1.0 / points.len().max(1) as f64;
+    let share = if total > 0.0 { 1.0 / total } else { 0.0 };
     sums.cost *= share;
     sums.gradient.iter_mut().for_each(|sum| *sum *= share);
     sums.hessian.iter_mut().for_each(|sum| *sum *= share);

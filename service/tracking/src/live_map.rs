@@ -13,7 +13,7 @@ use crate::observation::{
 };
 use crate::odometry::Velocity;
 use crate::params::MappingParams;
-use crate::points::hit_points;
+use crate::points::scan_points;
 use crate::state::{InvalidState, StateReader, StateWriter};
 use crate::tracker::Tracker;
 
@@ -111,8 +111,8 @@ impl LiveMap {
         ranges_m: &[f32],
     ) -> Option<Estimate> {
         let tracker = self.sessions.get_mut(&key)?;
-        let range_max_m = self.params.matching.range_max_m;
-        let points = hit_points(robot_from_sensor, &geometry, ranges_m, range_max_m);
+        let limits = (self.params.matching.range_max_m, self.params.matching.gap_m);
+        let points = scan_points(robot_from_sensor, &geometry, ranges_m, limits);
         let chart = Chart { grid: &self.grid, field: &self.field };
         let tracked = tracker.track(stamp_ns, &points, chart, &self.params);
         if tracked.draw {

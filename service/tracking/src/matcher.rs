@@ -6,8 +6,8 @@ use meetpoint_occupancy::Grid;
 use crate::descent::descend;
 use crate::field::Field;
 use crate::params::{MappingParams, MatchParams};
-use crate::points::thinned;
-use crate::search::{Candidate, Prior, Window, best_in_window};
+use crate::points::{ScanPoint, thinned};
+use crate::search::{Prior, Window, best_in_window};
 use crate::wide_search::best_in_wide_window;
 
 /// The map that scans are matched against.
@@ -21,7 +21,7 @@ pub(crate) struct Chart<'a> {
 /// A scan, and all that it is matched against.
 pub(crate) struct Matcher<'a> {
     /// The scan's hits in the robot's frame.
-    points: &'a [Point2<f64>],
+    points: &'a [ScanPoint],
     /// Those of them that the search looks at.
     search_points: Vec<Point2<f64>>,
     chart: Chart<'a>,
@@ -46,7 +46,7 @@ const WALL_VALUE_MIN: f64 = 0.2;
 
 impl<'a> Matcher<'a> {
     pub(crate) fn new(
-        points: &'a [Point2<f64>],
+        points: &'a [ScanPoint],
         predicted: Pose,
         chart: Chart<'a>,
         params: &'a MappingParams,
@@ -74,38 +74,38 @@ impl<'a> Matcher<'a> {
                 best = found;
             }
         }
-        self.refined(best)
+        self.descended(best.pose)
     }
 
     /// The best of a large window, or its middle if none reaches `score_min`.
     pub(crate) fn best_widely(&self, window: Window, score_min: f64) -> Match {
         let field = self.chart.field;
         let points = &self.search_points;
-        self.refined(best_in_wide_window(field, points, &window, (&self.prior, score_min)))
+        let found = best_in_wide_window(field, points, &window, (&self.prior, score_min));
+        self.descended(found.pose)
     }
 
-    fn refined(&self, start: Candidate) -> Match {
+    /// Where the descent from a pose leads.
+    pub(crate) fn descended(&self, start: Pose) -> Match {
         let n_iterations_max = self.params.n_iterations_max;
-        let pose =
-            descend(self.chart.field, self.points, start.pose, &self.prior, n_iterations_max);
-        self.judged(pose)
+        self.judged(descend(self.chart.field, self.points, start, &self.prior, n_iterations_max))
     }
 
     /// How well a pose agrees.
     pub(crate) fn judged(&self, pose: Pose) -> Match {
         let Chart { grid, field } = self.chart;
-        let (mut n_known, mut sum) = (0_u32, 0.0);
-        for point in self.points {
-            let place = pose * *point;
+        let (mut total, mut known, mut sum) = (0.0, 0.0, 0.0);
+        for &ScanPoint { at, weight } in self.points {
+            total += weight;
+            let place = pose * at;
             let (value, _, _) = field.interpolate(place);
             if WALL_VALUE_MIN < value || grid.log_odds(grid.frame().cell_at(place)).is_some() {
-                n_known += 1;
-                sum += value;
+                known += weight;
+                sum += weight * value;
             }
         }
-        let n_known = f64::from(n_known);
-        let agreement = if n_known > 0.0 { sum / n_known } else { 0.0 };
-        let known_share = n_known / self.points.len().max(1) as f64;
+        let agreement = if known > 0.0 { sum / known } else { 0.0 };
+        let known_share = if total > 0.0 { known / total } else { 0.0 };
         Match { pose, score: agreement - self.prior.loss(pose), agreement, known_share }
     }
 }

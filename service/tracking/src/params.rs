@@ -31,6 +31,8 @@ pub struct FieldParams {
 pub struct MatchParams {
     /// Hits farther than this are not matched, in metres.
     pub range_max_m: f64,
+    /// Hits farther than this from the next weigh less, in metres.
+    pub gap_m: f64,
     /// Points of a scan that the correlative search looks at, at most; up to 256.
     pub n_search_points_max: usize,
     /// Step of the search's headings, in radians.
@@ -64,7 +66,10 @@ pub struct TrustParams {
     pub usual_weight: f64,
     /// Share of the scan's hits that must fall on mapped space for the map to have a say.
     pub known_share_min: f64,
-    /// Below this share of the usual agreement the search is widened.
+    /// Below this share of the usual agreement the descent from the prediction is not enough, and a
+    /// search is made.
+    pub search_share: f64,
+    /// Below this share the search is widened.
     pub doubt_share: f64,
     /// Below this share a scan is not drawn.
     pub draw_share: f64,
@@ -103,6 +108,7 @@ impl MappingParams {
         field: FieldParams { hit_std_m: 0.05, occupied_log_odds_min: 0.0 },
         matching: MatchParams {
             range_max_m: 40.0,
+            gap_m: 0.1,
             n_search_points_max: 64,
             search_step_rad: PI / 360.0,
             search_half_m: 0.15,
@@ -110,14 +116,15 @@ impl MappingParams {
             search_half_per_m: 0.3,
             search_half_per_rad: 0.3,
             odometry_gain_per_m2: 1.0,
-            odometry_gain_per_rad2: 3.0,
+            odometry_gain_per_rad2: 1.0,
             odometry_loss_max: 0.3,
             n_iterations_max: 10,
         },
         trust: TrustParams {
             usual_agreement_start: 0.8,
-            usual_weight: 0.02,
+            usual_weight: 0.003,
             known_share_min: 0.1,
+            search_share: 0.95,
             doubt_share: 0.85,
             draw_share: 0.7,
             wide_share: 0.6,
@@ -130,8 +137,8 @@ impl MappingParams {
             lost_half_max_m: 4.0,
             n_lost_scans_max: 6,
             wide_step_rad: PI / 180.0,
-            draw_distance_m: 0.25,
-            draw_turn_rad: 8.0 * PI / 180.0,
+            draw_distance_m: 0.5,
+            draw_turn_rad: 20.0 * PI / 180.0,
         },
     };
 }

@@ -2,12 +2,13 @@
 
 use std::f64::consts::PI;
 
-use meetpoint_geometry::{Point2, Pose, angle_between};
+use meetpoint_geometry::{Pose, angle_between};
 
 use crate::matcher::{Chart, Match, Matcher};
 use crate::observation::SessionConfig;
 use crate::odometry::{Odometry, seconds_between};
 use crate::params::{MappingParams, MatchParams, TrustParams};
+use crate::points::ScanPoint;
 use crate::search::Window;
 
 /// What is remembered of a session.
@@ -137,7 +138,7 @@ impl Tracker {
     pub(crate) fn track(
         &mut self,
         stamp_ns: i64,
-        points: &[Point2<f64>],
+        points: &[ScanPoint],
         chart: Chart<'_>,
         params: &MappingParams,
     ) -> Tracked {
@@ -189,7 +190,11 @@ impl Tracker {
             return Found::Unmapped;
         }
         let moved = self.state.map_from_robot.step_to(predicted);
-        let mut best = matcher.best(tracking_window(predicted, moved, matching), &others);
+        let mut best = matcher.descended(predicted);
+        if self.state.adrift || best.agreement < trust.search_share * usual {
+            let found = matcher.best(tracking_window(predicted, moved, matching), &others);
+            best = better(best, found);
+        }
         let certain = |found: &Match| trust.doubt_share * usual <= found.agreement;
         if self.state.adrift || !certain(&best) {
             let window = wide_window(predicted, trust.doubt_half_m, trust.doubt_half_rad, trust);
@@ -249,8 +254,11 @@ impl Tracker {
     }
 }
 
+/// What was found later must score so much more than what was found nearer to the prediction.
+const SCORE_GAIN_MIN: f64 = 0.01;
+
 fn better(a: Match, b: Match) -> Match {
-    if a.score < b.score { b } else { a }
+    if a.score + SCORE_GAIN_MIN < b.score { b } else { a }
 }
 
 fn tracking_window(center: Pose, moved: Pose, params: &MatchParams) -> Window {
