@@ -1,5 +1,6 @@
 //! A robot that drives for ten seconds and sends what it sees. Copy it, and put your drivers in
-//! the place of `odometry` and `scan`.
+//! the place of `odometry` and `scan`. The map must exist:
+//! `curl -d '{"id": "office"}' -H 'content-type: application/json' http://127.0.0.1:7373/v1/maps`
 //!
 //!     cargo run -p meetpoint-client --example drive -- http://127.0.0.1:7373 office
 

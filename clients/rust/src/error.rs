@@ -5,6 +5,11 @@ use std::{collections::HashMap, time::Duration};
 use tonic::{Code, Status};
 use tonic_types::StatusExt;
 
+/// Observations that a batch may have, by the contract.
+pub(crate) const OBSERVATIONS_MAX: usize = 4096;
+/// Encoded size that a batch may have, by the contract.
+pub(crate) const BATCH_BYTES_MAX: usize = 1 << 20;
+
 /// What went wrong.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
@@ -30,6 +35,18 @@ pub enum Error {
         expected: u64,
         /// The highest number that it had acknowledged.
         acked_through: u64,
+    },
+    /// A batch is larger than the service takes; nothing was kept of it.
+    #[error(
+        "{n_observations} observations of {n_bytes} bytes; a batch takes {} of {}",
+        OBSERVATIONS_MAX,
+        BATCH_BYTES_MAX
+    )]
+    BatchTooLarge {
+        /// Observations in it.
+        n_observations: usize,
+        /// Encoded size.
+        n_bytes: usize,
     },
     /// An answer lacks what the contract promises.
     #[error("the service's answer has no `{0}`")]

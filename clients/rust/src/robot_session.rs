@@ -5,15 +5,16 @@ mod folder;
 use std::{io, path::Path};
 
 use meetpoint_proto::v1::{
-    Delivery, Observation, OpenSessionRequest, Sensor, Session, SessionState, Start,
+    Batch, Delivery, Observation, OpenSessionRequest, Sensor, Session, SessionState, Start,
 };
+use prost::Message;
 use tokio::task::{JoinHandle, spawn_blocking};
 
 use crate::{
     backoff::Backoff,
     client::Client,
     delivery::{DeliveryEvent, DeliveryParams, SessionName, deliver},
-    error::Error,
+    error::{BATCH_BYTES_MAX, Error, OBSERVATIONS_MAX},
     spool::{Spool, SpoolParams, SpoolSource, SpoolWriter, spool_channel},
 };
 use folder::{KeptRun, RobotFolder};
@@ -120,8 +121,17 @@ impl RobotSession {
     ///
     /// # Errors
     ///
-    /// [`Error::Folder`] if the disk does not take it.
+    /// [`Error::BatchTooLarge`], which the service would say much later; [`Error::Folder`] if the
+    /// disk does not take it.
     pub async fn send(&self, observations: Vec<Observation>) -> Result<u64, Error> {
+        let n_observations = observations.len();
+        // The largest number takes the most bytes.
+        let batch = Batch { number: u64::MAX, observations };
+        let n_bytes = batch.encoded_len();
+        if OBSERVATIONS_MAX < n_observations || BATCH_BYTES_MAX < n_bytes {
+            return Err(Error::BatchTooLarge { n_observations, n_bytes });
+        }
+        let observations = batch.observations;
         self.writer.append(observations).await.map_err(Error::Folder)
     }
 

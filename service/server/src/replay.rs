@@ -292,3 +292,53 @@ struct Sent {
     n_reconnects: u64,
     rejected: BTreeMap<String, u64>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Command {
+        #[command(flatten)]
+        replay: ReplayArgs,
+    }
+
+    /// The client's key of a session for a log of `n_scans` scans and more options.
+    async fn key(n_scans: u32, name: &str, options: &[&str]) -> String {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join(name);
+        let lines = (0..n_scans).map(|i| format!("FLASER 1 2 0 0 0 {i} 0 0 {i}.5 h 0"));
+        std::fs::write(&file, lines.collect::<Vec<_>>().join("\n")).expect("a free disk");
+        let words = [&["replay", "FILE", "--map", "lab"], options].concat();
+        let args = Command::try_parse_from(words).map_err(|error| error.to_string());
+        let args = args.expect("good options").replay;
+        let recording = Recording::open(&args, &file).await.expect("a good log");
+        recording.client_key()
+    }
+
+    #[tokio::test]
+    async fn the_same_recording_finds_its_session_again() {
+        let one = key(9, "a.log", &[]).await;
+        assert_eq!(one, key(9, "b.clf", &[]).await, "whatever the file is called");
+        assert_eq!(one, key(9, "a.log", &["--rate", "1x"]).await, "however fast it is sent");
+        assert_eq!(one, key(9, "a.log", &["--start", "0,0,0"]).await, "known is the origin");
+        assert_ne!(one, key(8, "a.log", &[]).await, "another recording");
+        assert_ne!(one, key(9, "a.log", &["--start", "unknown"]).await, "another start");
+        assert_ne!(one, key(9, "a.log", &["--to", "4s"]).await, "another part");
+        assert!(one.len() <= 128, "the service takes it: {one}");
+    }
+
+    #[tokio::test]
+    async fn a_file_without_scans_says_what_it_holds() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let file = folder.path().join("notes.txt");
+        std::fs::write(&file, "dear diary\nODOM 1\n").expect("a free disk");
+        let args = Command::try_parse_from(["replay", "FILE", "--map", "lab"]).map_err(|_| ());
+        let args = args.expect("good options").replay;
+        let Err(error) = Recording::open(&args, &file).await else { panic!("no scans in it") };
+        let text = error.to_string();
+        assert!(text.contains("no laser scan in 2 lines"), "{text}");
+        assert!(text.contains("line 2: no y"), "{text}");
+    }
+}

@@ -72,3 +72,15 @@ async fn one_process_at_a_time_uses_a_folder() {
     let error = second.expect_err("the folder is in use");
     assert!(error.to_string().contains("another process uses"), "{error}");
 }
+
+#[tokio::test]
+async fn what_the_service_would_refuse_is_refused_at_once() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = start("http://127.0.0.1:1", folder.path()).await;
+    let many = vec![Observation::default(); 4097];
+    let error = session.send(many).await.expect_err("one too many");
+    assert!(error.to_string().starts_with("4097 observations"), "{error}");
+    let long = "x".repeat(1 << 20);
+    assert!(session.send(mark(&long)).await.is_err(), "more than a mebibyte");
+    assert_eq!(session.send(mark("fits")).await.expect("a free disk"), 1, "no number was used up");
+}
