@@ -1,5 +1,6 @@
 //! The commands that ask a running service, and the one that is it.
 
+pub mod bench;
 pub mod map;
 pub mod rebuild;
 pub mod serve;

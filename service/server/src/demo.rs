@@ -17,7 +17,7 @@ use crate::commands::{map, serve::asked_to_stop};
 use crate::serve::{self, Running};
 use crate::settings;
 use accuracy::Accuracy;
-use drives::SimulatedDrive;
+pub(crate) use drives::{SimulatedDrive, simulate as simulate_office};
 
 /// The map that the robots draw.
 const MAP: &str = "office";

@@ -15,6 +15,6 @@ mod operations;
 pub mod replay;
 pub mod rest;
 pub mod serve;
-mod service;
+pub mod service;
 pub mod settings;
 pub mod telemetry;

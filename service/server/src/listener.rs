@@ -31,7 +31,7 @@ const N_STREAMS_MAX: u32 = 256;
 const STREAM_WINDOW_BYTES: u32 = 1 << 20;
 const CONNECTION_WINDOW_BYTES: u32 = 1 << 22;
 /// Header bytes of a request.
-const HEADER_BYTES_MAX: usize = 16 * 1024;
+const HEADER_BYTES_MAX: u32 = 16 * 1024;
 /// Between attempts to find out what an undecided client speaks.
 const PREFACE_POLL: Duration = Duration::from_millis(5);
 
@@ -103,9 +103,10 @@ async fn serve_connection(
         .max_concurrent_streams(N_STREAMS_MAX)
         .initial_stream_window_size(STREAM_WINDOW_BYTES)
         .initial_connection_window_size(CONNECTION_WINDOW_BYTES)
-        .max_header_list_size(HEADER_BYTES_MAX as u32);
+        .max_header_list_size(HEADER_BYTES_MAX);
     let builder = if is_http2 { builder.http2_only() } else { builder.http1_only() };
-    let service = TowerToHyperService::new(router.map_request(|request: Request<_>| request.map(Body::new)));
+    let service =
+        TowerToHyperService::new(router.map_request(|request: Request<_>| request.map(Body::new)));
     let connection =
         builder.serve_connection_with_upgrades(TokioIo::new(stream), service).into_owned();
     if let Err(error) = watcher.watch(connection).await {

@@ -25,6 +25,8 @@ enum Command {
     Map(commands::map::MapArgs),
     /// Save a session's trajectory
     Trajectory(commands::trajectory::TrajectoryArgs),
+    /// Measure this service on this machine
+    Bench(commands::bench::BenchArgs),
     /// Compute all that is derived again from the journal, into a new version
     Rebuild(commands::rebuild::RebuildArgs),
 }
@@ -37,6 +39,7 @@ async fn main() -> ExitCode {
         Command::Replay(args) => replay::run(args).await,
         Command::Map(args) => commands::map::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
+        Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,
     };
     match done {

@@ -9,7 +9,12 @@ use meetpoint_client::Client;
 #[derive(Clone, Debug, clap::Args)]
 pub struct ServerArgs {
     /// The service to ask
-    #[arg(long, value_name = "URL", env = "MEETPOINT_URL", default_value = "http://127.0.0.1:7373")]
+    #[arg(
+        long,
+        value_name = "URL",
+        env = "MEETPOINT_URL",
+        default_value = "http://127.0.0.1:7373"
+    )]
     pub server: String,
     /// Print JSON, for machines
     #[arg(long)]

@@ -1,4 +1,4 @@
-//! `meetpoint map`: a map's grid as a picture, as files for map_server, or in the terminal.
+//! `meetpoint map`: a map's grid as a picture, as files for `map_server`, or in the terminal.
 
 use std::path::PathBuf;
 
@@ -20,7 +20,7 @@ pub struct MapArgs {
     /// The version; the published one where nothing is said
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     version: u64,
-    /// What to write; `pgm` writes the YAML that map_server reads beside it
+    /// What to write; `pgm` writes the YAML that `map_server` reads beside it
     #[arg(long, value_enum, default_value_t = Format::Terminal)]
     format: Format,
     /// Where to write it; `MAP.png`, `MAP.pgm`... where nothing is said

@@ -50,11 +50,13 @@ enum Format {
 pub async fn run(args: TrajectoryArgs) -> anyhow::Result<()> {
     let client = args.server.client()?;
     let session = match (&args.map, args.session.as_str()) {
-        (Some(map), "latest") => client
-            .latest_session(map)
-            .await?
-            .with_context(|| format!("map `{map}` has no session"))?
-            .id,
+        (Some(map), "latest") => {
+            client
+                .latest_session(map)
+                .await?
+                .with_context(|| format!("map `{map}` has no session"))?
+                .id
+        }
         (_, session) => session.to_owned(),
     };
     let trajectory = client.trajectory(&session, args.version, &args.frame).await?;

@@ -7,8 +7,9 @@ use meetpoint_client::{BatchSource, Client, DeliveryParams, Outgoing, SessionNam
 use tokio::{sync::watch, task::JoinSet, time::sleep};
 
 use super::drives::SimulatedDrive;
-use crate::convert;
 
+/// The robots' name for their run.
+const KEY: &str = "demo";
 /// Between two looks at whether a session is mapped.
 const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 /// As robots deliver, but a demo gives up where a robot would go on trying.
@@ -25,7 +26,7 @@ pub(super) async fn deliver_all(
     let mut sessions = Vec::new();
     for drive in drives {
         let (session, _) = client
-            .open_session(open_request(map, drive))
+            .open_session(drive.open_request(map, KEY))
             .await
             .with_context(|| format!("cannot open a session for {}", drive.robot))?;
         sessions.push(session);
@@ -49,19 +50,6 @@ pub(super) async fn deliver_all(
         *session = published(client, &session.id).await?;
     }
     Ok(sessions)
-}
-
-fn open_request(map: &str, drive: &SimulatedDrive) -> v1::OpenSessionRequest {
-    let known = convert::pose::to_wire(drive.map_from_start);
-    v1::OpenSessionRequest {
-        map: map.to_owned(),
-        robot: drive.robot.clone(),
-        client_key: "demo".to_owned(),
-        epoch: 1,
-        start: Some(v1::Start { kind: Some(v1::start::Kind::Known(known)) }),
-        sensors: vec![drive.sensor.clone()],
-        delivery: v1::Delivery::Complete.into(),
-    }
 }
 
 /// The session once a version of the map holds all of it.

@@ -19,7 +19,7 @@ const N_TICKS_A_BATCH: usize = 40;
 const START_NS: i64 = 1_767_225_600_000_000_000;
 
 /// One robot's drive: what it sends, and the truth that only the simulator knows.
-pub(super) struct SimulatedDrive {
+pub(crate) struct SimulatedDrive {
     /// The robot's id.
     pub(super) robot: String,
     /// Where it starts. The map's origin is where the first robot starts, its axes are the
@@ -32,9 +32,25 @@ pub(super) struct SimulatedDrive {
     /// The laser, as the session declares it.
     pub(super) sensor: v1::Sensor,
     /// What it sends, numbered from 1.
-    pub(super) batches: Arc<[v1::Batch]>,
+    pub(crate) batches: Arc<[v1::Batch]>,
     /// What is true at each scan, by the scan's stamp.
     pub(super) moments: BTreeMap<i64, Moment>,
+}
+
+impl SimulatedDrive {
+    /// Opens the session that the drive belongs to.
+    pub(crate) fn open_request(&self, map: &str, client_key: &str) -> v1::OpenSessionRequest {
+        let known = convert::pose::to_wire(self.map_from_start);
+        v1::OpenSessionRequest {
+            map: map.to_owned(),
+            robot: self.robot.clone(),
+            client_key: client_key.to_owned(),
+            epoch: 0,
+            start: Some(v1::Start { kind: Some(v1::start::Kind::Known(known)) }),
+            sensors: vec![self.sensor.clone()],
+            delivery: v1::Delivery::Complete.into(),
+        }
+    }
 }
 
 /// Where the robot was at a scan.
@@ -46,7 +62,7 @@ pub(super) struct Moment {
 }
 
 /// Drives all tours of the office, one robot each.
-pub(super) fn simulate(seed: u64) -> Vec<SimulatedDrive> {
+pub(crate) fn simulate(seed: u64) -> Vec<SimulatedDrive> {
     let office = office();
     let robot = Robot::INDOOR;
     let drives: Vec<Drive> = (0..)

@@ -22,7 +22,7 @@ pub(super) async fn run(
     running: &Running<'_>,
 ) -> Result<u64, Stopped> {
     let record = service.map_record(&job.map.0).await?;
-    let mut state = MapState::new(MappingParams::INDOOR, record.resolution_m)?;
+    let mut state = MapState::new(&MappingParams::INDOOR, record.resolution_m)?;
     let end = service.store.journal_end(&job.map).await.map_err(Error::from)?;
     running.progress(0.0, Some(&format!("journal entries up to {}", end.0))).await?;
     let mut reported = Instant::now();

@@ -19,8 +19,8 @@ use super::actors::{Mailbox, Replacement, Shared};
 use super::checkpoint;
 use super::map_state::{Applied, MapState};
 use super::snapshot::{Draft, SavedTiles};
-use crate::live::{Event, SessionProgress};
 use crate::convert::job::REBUILD;
+use crate::live::{Event, SessionProgress};
 use crate::{clock, convert, error::Error, operations::tiles};
 
 /// Waits between attempts after the store failed: short enough that a robot notices nothing.
@@ -79,11 +79,8 @@ struct Actor<'a> {
 async fn live(shared: &Shared, map: &MapId, mailbox: &Mailbox) -> Result<(), Error> {
     let record = shared.store.map(map).await?.ok_or_else(|| Error::NoSuchMap(map.0.clone()))?;
     let Some(lease) = take_lease(shared, map).await? else { return Ok(()) };
-    let renewing = tokio::spawn(renew(
-        shared.store.clone(),
-        lease.clone(),
-        shared.settings.lease_ttl_s,
-    ));
+    let renewing =
+        tokio::spawn(renew(shared.store.clone(), lease.clone(), shared.settings.lease_ttl_s));
     let mut actor = Actor { shared, record, lease: lease.clone(), saving: None };
     let lived = actor.follow_journal(mailbox).await;
     let saved = actor.saved().await.map(|_| ());
@@ -97,7 +94,9 @@ impl Actor<'_> {
         let settings = &self.shared.settings;
         let mut work = self.restore().await?;
         for (session, mapped_through) in work.state.progress() {
-            self.shared.live.progress(session, SessionProgress { mapped_through, correction: None });
+            self.shared
+                .live
+                .progress(session, SessionProgress { mapped_through, correction: None });
         }
         let mut entries = self.read(work.state.position()).await?;
         let mut idle_since = Instant::now();
@@ -213,7 +212,7 @@ impl Actor<'_> {
     }
 
     async fn restore(&self) -> Result<Work, Error> {
-        let (params, resolution_m) = (MappingParams::INDOOR, self.record.resolution_m);
+        let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
         let store = &self.shared.store;
         if let Some(saved) = store.checkpoint(&self.record.id).await? {
             let hashes: Vec<_> = saved.tiles.iter().map(|(_, hash)| *hash).collect();

@@ -62,7 +62,12 @@ pub(super) fn to_bytes(state: &MapState) -> Vec<u8> {
     let sessions = state.sessions.iter().map(|(id, open)| SavedSession {
         session: id.0.as_bytes().to_vec(),
         declaration: open.declaration.clone(),
-        map_from_session: open.map_from_session.map(pose::to_record).into_iter().flatten().collect(),
+        map_from_session: open
+            .map_from_session
+            .map(pose::to_record)
+            .into_iter()
+            .flatten()
+            .collect(),
         mapped_through: open.mapped_through,
         n_poses: open.n_poses,
     });
@@ -80,13 +85,14 @@ pub(super) fn to_bytes(state: &MapState) -> Vec<u8> {
 /// # Errors
 /// [`Error::Internal`] if the bytes are of another format or damaged.
 pub(super) fn restore(
-    params: MappingParams,
+    params: &MappingParams,
     resolution_m: f64,
     position: JournalSeq,
     bytes: &[u8],
     tiles: Vec<(TileKey, Arc<Tile>)>,
 ) -> Result<MapState, Error> {
-    let Saved { format, site, unplaced, sessions } = Saved::decode(bytes).map_err(Error::internal)?;
+    let Saved { format, site, unplaced, sessions } =
+        Saved::decode(bytes).map_err(Error::internal)?;
     if format != FORMAT {
         return Err(Error::internal(format!("a checkpoint of format {format}, not {FORMAT}")));
     }
@@ -96,7 +102,7 @@ pub(super) fn restore(
     }
     let mut live = |frame: Option<SessionId>, state: &[u8]| {
         let tiles = by_frame.remove(&frame).unwrap_or_default();
-        LiveMap::restore(params, resolution_m, tiles, state)
+        LiveMap::restore(*params, resolution_m, tiles, state)
             .map_err(|error| Error::internal(format!("a checkpoint cannot be read: {error:?}")))
     };
     let site = live(None, &site)?;
@@ -107,7 +113,7 @@ pub(super) fn restore(
     }
     let sessions = sessions.into_iter().map(open_session).collect::<Result<_, Error>>()?;
     Ok(MapState {
-        params,
+        params: *params,
         resolution_m,
         site,
         unplaced: frames,
@@ -123,7 +129,8 @@ fn session_id(bytes: &[u8]) -> Result<SessionId, Error> {
 }
 
 fn open_session(saved: SavedSession) -> Result<(SessionId, OpenSession), Error> {
-    let SavedSession { session: id, declaration, map_from_session, mapped_through, n_poses } = saved;
+    let SavedSession { session: id, declaration, map_from_session, mapped_through, n_poses } =
+        saved;
     let sensors = sensor::sensors(&session::declaration(&declaration)?.sensors)?;
     let map_from_session =
         <[f64; 3]>::try_from(map_from_session.as_slice()).ok().map(pose::from_record);

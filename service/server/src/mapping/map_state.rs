@@ -70,11 +70,11 @@ impl MapState {
     ///
     /// # Errors
     /// [`Error::Internal`] for a resolution that no map can have.
-    pub(crate) fn new(params: MappingParams, resolution_m: f64) -> Result<Self, Error> {
+    pub(crate) fn new(params: &MappingParams, resolution_m: f64) -> Result<Self, Error> {
         Ok(Self {
-            params,
+            params: *params,
             resolution_m,
-            site: empty_map(&params, resolution_m)?,
+            site: empty_map(params, resolution_m)?,
             unplaced: BTreeMap::new(),
             sessions: BTreeMap::new(),
             poses: BTreeMap::new(),
@@ -121,7 +121,7 @@ impl MapState {
             JournalEvent::SessionClosed { session } | JournalEvent::SessionFenced { session } => {
                 self.end(session)
             }
-            JournalEvent::VersionPublished { .. } | JournalEvent::MapCreated { .. } => Applied::default(),
+            JournalEvent::VersionPublished { .. } | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;
         self.n_scans_since_snapshot += applied.n_scans;
@@ -137,7 +137,7 @@ impl MapState {
         let sensors = sensor::sensors(&session::declaration(&declaration)?.sensors)?;
         let config = SessionConfig {
             map_from_start: map_from_session.unwrap_or(Pose::IDENTITY),
-            sensors: sensors.iter().map(|declared| declared.sensor.clone()).collect(),
+            sensors: sensors.iter().map(|declared| declared.sensor).collect(),
         };
         let map = match map_from_session {
             Some(_) => &mut self.site,
@@ -166,11 +166,12 @@ impl MapState {
             .get_mut(&id)
             .ok_or_else(|| Error::internal(format!("batch {number} of a session not open")))?;
         let map = self.unplaced.get_mut(&id).unwrap_or(&mut self.site);
-        let new = self.poses.entry(id).or_insert_with(|| NewPoses {
-            first_index: open.n_poses,
-            poses: Vec::new(),
-        });
-        let mut applied = Applied { session: Some(id), mapped_through: number, ..Applied::default() };
+        let new = self
+            .poses
+            .entry(id)
+            .or_insert_with(|| NewPoses { first_index: open.n_poses, poses: Vec::new() });
+        let mut applied =
+            Applied { session: Some(id), mapped_through: number, ..Applied::default() };
         let (mut first_ns, mut last_ns) = (i64::MAX, i64::MIN);
         for (index, wire) in (0_u32..).zip(batch.observations) {
             if rejected.contains(&index) {

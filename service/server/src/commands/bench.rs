@@ -1,0 +1,33 @@
+//! `meetpoint bench`: the figures that README quotes, measured on the real binary from outside.
+
+mod accuracy;
+mod child;
+mod ingest;
+mod relations;
+mod robots;
+
+/// Options of `meetpoint bench`.
+#[derive(Debug, clap::Args)]
+pub struct BenchArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum What {
+    /// How accurate trajectories are: logs replayed through the whole service, against relations
+    Accuracy(accuracy::AccuracyArgs),
+    /// How much is acknowledged and mapped, and how fast: simulated robots on loopback
+    Ingest(ingest::IngestArgs),
+}
+
+/// Measures and prints a table.
+///
+/// # Errors
+/// If something could not be measured.
+pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
+    match args.what {
+        What::Accuracy(args) => accuracy::run(args).await,
+        What::Ingest(args) => ingest::run(args).await,
+    }
+}

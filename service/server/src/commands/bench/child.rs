@@ -1,0 +1,55 @@
+//! A service in a process of its own, with an empty database, for measuring.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use anyhow::Context;
+
+/// A running service. It is killed and its folder removed when this is dropped.
+pub(super) struct ChildService {
+    /// Where it listens.
+    pub(super) url: String,
+    process: Child,
+    data: PathBuf,
+}
+
+impl ChildService {
+    /// Starts this very binary on a free port, with its data in a new folder below `parent`.
+    pub(super) fn start(parent: &Path, name: &str) -> anyhow::Result<Self> {
+        let data = parent.join(format!("meetpoint-bench-{}-{name}", std::process::id()));
+        let binary = std::env::current_exe().context("cannot find this binary")?;
+        let mut process = Command::new(binary)
+            .args(["serve", "--port", "0", "--data"])
+            .arg(&data)
+            .env("RUST_LOG", "warn")
+            .stdout(Stdio::piped())
+            .spawn()
+            .context("cannot start the service")?;
+        let stdout = process.stdout.take().context("the service has no output")?;
+        let mut line = String::new();
+        BufReader::new(stdout).read_line(&mut line)?;
+        let url = line
+            .split_whitespace()
+            .find(|word| word.starts_with("http://"))
+            .with_context(|| format!("the service did not start: `{}`", line.trim()))?;
+        Ok(Self { url: url.to_owned(), process, data })
+    }
+
+    /// Most memory that it held so far, in megabytes, where the system tells.
+    pub(super) fn peak_memory_mb(&self) -> Option<f64> {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id())).ok()?;
+        let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+        let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+        Some(kilobytes / 1000.0)
+    }
+}
+
+impl Drop for ChildService {
+    fn drop(&mut self) {
+        // It may have ended by itself; a folder that stays behind is in the way of nobody.
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+        let _ = std::fs::remove_dir_all(&self.data);
+    }
+}

@@ -1,0 +1,120 @@
+//! Error of a trajectory against relations between poses.
+//!
+//! R. Kümmerle et al., "On measuring the accuracy of SLAM algorithms", Autonomous Robots 27 (2009):
+//! a relation is the true pose at one time seen from the true pose at another; the error of an
+//! estimate is what is left after taking the relation off, averaged over all relations.
+
+use std::collections::BTreeMap;
+
+use anyhow::Context;
+use meetpoint_geometry::Pose;
+
+/// Stamps of a relation and of a scan that differ by less are the same, in nanoseconds: relation
+/// files are written with fewer digits.
+const TOLERANCE_NS: i64 = 100_000;
+
+/// The true pose at `to` seen from the true pose at `from`.
+pub(super) struct Relation {
+    from_ns: i64,
+    to_ns: i64,
+    step: Pose,
+}
+
+/// Errors over all relations.
+pub(super) struct Errors {
+    /// Relations with both poses.
+    pub(super) n: usize,
+    /// Relations that lack one.
+    pub(super) n_missing: usize,
+    /// Mean absolute translational error, in metres.
+    pub(super) translation_m: f64,
+    /// Mean absolute rotational error, in radians.
+    pub(super) rotation_rad: f64,
+}
+
+/// Reads lines of `t1 t2 x y z roll pitch yaw`: seconds, metres, radians; `#` begins a comment.
+pub(super) fn read(text: &str) -> anyhow::Result<Vec<Relation>> {
+    let lines = text.lines().enumerate().filter(|(_, line)| {
+        let line = line.trim_start();
+        !line.is_empty() && !line.starts_with('#')
+    });
+    lines
+        .map(|(index, line)| {
+            relation(line).with_context(|| format!("line {} is no relation", index + 1))
+        })
+        .collect()
+}
+
+fn relation(line: &str) -> Option<Relation> {
+    let words: Vec<f64> = line.split_whitespace().map(str::parse).collect::<Result<_, _>>().ok()?;
+    let [from_s, to_s, x_m, y_m, _, _, _, theta_rad] = words[..] else { return None };
+    Some(Relation {
+        from_ns: nanoseconds(from_s),
+        to_ns: nanoseconds(to_s),
+        step: Pose::new(x_m, y_m, theta_rad),
+    })
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "stamps of this century fit; others saturate")]
+fn nanoseconds(seconds: f64) -> i64 {
+    (seconds * 1e9).round() as i64
+}
+
+/// Compares poses by stamp with relations. `None` if no relation has both poses.
+pub(super) fn errors(poses: &BTreeMap<i64, Pose>, relations: &[Relation]) -> Option<Errors> {
+    let off = relations.iter().filter_map(|relation| {
+        let from = at(poses, relation.from_ns)?;
+        let to = at(poses, relation.to_ns)?;
+        let off = relation.step.inverse() * from.step_to(to);
+        Some((off.distance_m(), off.theta_rad.abs()))
+    });
+    let off: Vec<(f64, f64)> = off.collect();
+    let n = off.len();
+    if n == 0 {
+        return None;
+    }
+    Some(Errors {
+        n,
+        n_missing: relations.len() - n,
+        translation_m: off.iter().map(|(metres, _)| metres).sum::<f64>() / n as f64,
+        rotation_rad: off.iter().map(|(_, radians)| radians).sum::<f64>() / n as f64,
+    })
+}
+
+/// The pose whose stamp is nearest, if it is the same.
+fn at(poses: &BTreeMap<i64, Pose>, stamp_ns: i64) -> Option<Pose> {
+    let near = poses.range(stamp_ns - TOLERANCE_NS..=stamp_ns + TOLERANCE_NS);
+    near.min_by_key(|(stamp, _)| (*stamp - stamp_ns).abs()).map(|(_, pose)| *pose)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_true_trajectory_has_no_error() {
+        let relations = read("# t1 t2 x y z roll pitch yaw\n1.0 2.0 1 0 0 0 0 1.5\n").expect("one");
+        let start = Pose::new(3.0, -2.0, 0.7);
+        let poses = BTreeMap::from([
+            (1_000_000_000, start),
+            (2_000_000_040, start * Pose::new(1.0, 0.0, 1.5)),
+        ]);
+        let errors = errors(&poses, &relations).expect("both poses are there");
+        assert_eq!((errors.n, errors.n_missing), (1, 0), "40 ns off is the same time");
+        assert!(errors.translation_m < 1e-12 && errors.rotation_rad < 1e-12, "no error");
+    }
+
+    #[test]
+    fn says_what_is_missing_and_where_it_is_wrong() {
+        let relations = read("1 2 1 0 0 0 0 0\n1 3 1 0 0 0 0 0\n").expect("two");
+        let poses = BTreeMap::from([
+            (1_000_000_000, Pose::IDENTITY),
+            (2_000_000_000, Pose::new(1.5, 0.0, 0.0)),
+        ]);
+        let errors = errors(&poses, &relations).expect("one is there");
+        assert_eq!((errors.n, errors.n_missing), (1, 1), "no pose at 3 s");
+        assert!((errors.translation_m - 0.5).abs() < 1e-12, "half a metre too far");
+        let wrong = read("1 2 1 0\n").err().map(|error| error.to_string());
+        assert_eq!(wrong.as_deref(), Some("line 1 is no relation"), "the line is named");
+    }
+}
