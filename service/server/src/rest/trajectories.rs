@@ -11,7 +11,7 @@ use super::geometry::Pose;
 use super::integer::{Signed64, Unsigned64};
 use super::openapi::ReadProblems;
 use super::problem::Refusal;
-use super::reply::{filled, ok};
+use super::reply::{filled, ok_long};
 use super::request::{Path, Query, version_number};
 use super::session_routes::SessionPath;
 use super::tum;
@@ -177,8 +177,8 @@ pub(super) async fn get_trajectory(
         TrajectoryFormat::Json => {
             let reply = rest.service.get_trajectory(request).await?;
             let v1::GetTrajectoryResponse { trajectory, next_offset } = reply;
-            let trajectory = Trajectory::new(filled(trajectory, "trajectory")?, next_offset);
-            Ok(ok(&trajectory))
+            let trajectory = filled(trajectory, "trajectory")?;
+            ok_long(Trajectory::new(trajectory, next_offset)).await
         }
         TrajectoryFormat::Tum if page_size == 0 => tum::all_poses(rest.service, request).await,
         TrajectoryFormat::Tum => {

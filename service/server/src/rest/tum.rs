@@ -22,8 +22,8 @@ use super::problem::Refusal;
 use super::reply::filled;
 use crate::{error::Error, service::Service};
 
-/// Poses that are fetched and written at once: some 200 kB of text.
-const N_POSES_AT_ONCE: u32 = 2000;
+/// Poses that are fetched and written at once: some 100 kB of text, half a millisecond.
+const N_POSES_AT_ONCE: u32 = 1000;
 /// Pieces of text on their way to one client.
 const N_PIECES_BUFFERED: usize = 2;
 /// Bytes of a line, about.
