@@ -274,5 +274,30 @@ mod tests {
                 .collect();
             prop_assert_eq!(stamps_ns, expected);
         }
+
+        #[test]
+        fn no_file_can_make_it_panic(bytes in prop::collection::vec(any::<u8>(), 0..2000)) {
+            let survey = survey(Lines::new(&bytes[..]));
+            let section = Section::new(None, Some(Place::Fraction(0.5)), (i64::MIN, i64::MAX));
+            Batches::new(Lines::new(&bytes[..]), &survey, section).for_each(drop);
+        }
+
+        #[test]
+        fn no_damage_to_a_log_can_make_it_panic(
+            changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..60),
+        ) {
+            let mut bytes = log(20).into_bytes();
+            for (place, byte) in changes {
+                let place = place.index(bytes.len());
+                bytes[place] = byte;
+            }
+            let survey = survey(Lines::new(&bytes[..]));
+            let section = Section::new(None, None, survey.stamps_ns().unwrap_or_default());
+            let batches: Vec<_> = Batches::new(Lines::new(&bytes[..]), &survey, section)
+                .collect::<io::Result<_>>()
+                .expect("the same bytes twice");
+            let n_scans: u64 = batches.iter().map(|batch| batch.n_scans).sum();
+            prop_assert_eq!(n_scans, survey.scan_stamps_ns.len() as u64);
+        }
     }
 }

@@ -285,4 +285,23 @@ mod tests {
         assert_eq!(one, survey_of("ODOM 0 0 0 0 0 0 9 h 9").content_hash, "same lines");
         assert_ne!(one, survey_of("ODOM 0 0 0 0 0 0 8 h 9").content_hash, "another stamp");
     }
+
+    #[test]
+    fn a_compressed_file_that_is_cut_gives_what_stands_before() {
+        use flate2::{Compression, write::GzEncoder};
+        use std::io::Write;
+        let lines = (0..2000).map(|i| format!("FLASER 1 {i} 0 0 0 {i} 0 0 {i}.5 h 0"));
+        let text = lines.collect::<Vec<_>>().join("\n");
+        let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+        encoder.write_all(text.as_bytes()).expect("memory");
+        let whole = encoder.finish().expect("memory");
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("cut.log.gz");
+        std::fs::write(&path, &whole[..whole.len() / 2]).expect("a free disk");
+        let found = survey(crate::replay::lines::open(&path).expect("it is there"));
+        let reason = found.broken_off.expect("the end is missing");
+        assert!(reason.starts_with("the file ends within its compression"), "{reason}");
+        let n_scans = found.scan_stamps_ns.len();
+        assert!((100..2000).contains(&n_scans), "{n_scans} scans before the cut");
+    }
 }
