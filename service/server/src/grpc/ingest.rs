@@ -5,7 +5,6 @@
 //! from the stream, which the sender feels as flow control. Nothing is dropped.
 
 use std::sync::Arc;
-use std::time::Instant;
 
 use meetpoint_proto::v1;
 use tokio::sync::mpsc;
@@ -22,12 +21,14 @@ use crate::service::Service;
 
 type Replies = mpsc::Sender<Result<v1::IngestResponse, Status>>;
 
+/// Batches that a robot may have under way while the journal's queue is crowded.
+const N_IN_FLIGHT_CROWDED: u32 = 4;
 /// Replies on their way to one robot.
 const N_REPLIES_BUFFERED: usize = 16;
 
-/// An upload and when it came, in the order of the stream; or what ends the stream.
+/// An upload, in the order of the stream; or what ends the stream.
 enum Step {
-    Queued(Queued, Instant),
+    Queued(Queued),
     Failed(Status),
 }
 
@@ -123,7 +124,6 @@ async fn read(
 }
 
 async fn queue(service: &Service, known: &KnownSession, epoch: u64, kind: Option<Up>) -> Step {
-    let came = Instant::now();
     let upload = match kind {
         Some(Up::Batch(batch)) => Upload::Batch(batch),
         Some(Up::Skip(skip)) => Upload::Skip(skip),
@@ -131,7 +131,7 @@ async fn queue(service: &Service, known: &KnownSession, epoch: u64, kind: Option
         None => return Step::Failed(Error::field("kind", "missing or unknown here").into()),
     };
     match service.queue_upload(known, epoch, upload).await {
-        Ok(queued) => Step::Queued(queued, came),
+        Ok(queued) => Step::Queued(queued),
         Err(error) => Step::Failed(error.into()),
     }
 }
@@ -144,35 +144,42 @@ async fn answer(
     replies: Replies,
 ) {
     let mut progress = service.live.follow(known.id);
+    let mut window = service.settings.limits.n_in_flight_max;
     loop {
-        tokio::select! {
+        let reply = tokio::select! {
             biased;
-            step = queued.recv() => {
-                let reply = match step {
-                    None => return,
-                    Some(Step::Failed(status)) => Err(status),
-                    Some(Step::Queued(upload, came)) => acknowledge(upload, came).await,
-                };
-                let ended = reply.is_err();
-                if replies.send(reply).await.is_err() || ended {
-                    return;
-                }
-            }
+            step = queued.recv() => match step {
+                None => return,
+                Some(Step::Failed(status)) => Err(status),
+                Some(Step::Queued(upload)) => match upload.durable().await {
+                    Ok(ack) => Ok(Down::Ack(ack)),
+                    Err(error) => Err(error.into()),
+                },
+            },
             Ok(()) = progress.changed() => {
                 let correction = progress.borrow_and_update().correction.clone();
-                if let Some(correction) = correction {
-                    let reply = v1::IngestResponse { kind: Some(Down::Correction(correction)) };
-                    if replies.send(Ok(reply)).await.is_err() {
-                        return;
-                    }
-                }
+                let Some(correction) = correction else { continue };
+                Ok(Down::Correction(correction))
+            }
+        };
+        let ended = reply.is_err();
+        let down = reply.map(|kind| v1::IngestResponse { kind: Some(kind) });
+        if replies.send(down).await.is_err() || ended {
+            return;
+        }
+        let allowed = window_now(&service);
+        if allowed != window {
+            window = allowed;
+            let kind = Some(Down::FlowControl(v1::FlowControl { n_in_flight_max: window }));
+            if replies.send(Ok(v1::IngestResponse { kind })).await.is_err() {
+                return;
             }
         }
     }
 }
 
-async fn acknowledge(upload: Queued, came: Instant) -> Result<v1::IngestResponse, Status> {
-    let ack = upload.durable().await?;
-    metrics::histogram!("meetpoint_ack_seconds").record(came.elapsed().as_secs_f64());
-    Ok(v1::IngestResponse { kind: Some(Down::Ack(ack)) })
+/// Batches that a robot may have under way: few while the journal's queue is crowded.
+fn window_now(service: &Service) -> u32 {
+    let n_max = service.settings.limits.n_in_flight_max;
+    if service.journal.is_crowded() { n_max.min(N_IN_FLIGHT_CROWDED) } else { n_max }
 }

@@ -97,7 +97,8 @@ async fn watch(
             },
             Ok(_) => continue,
             Err(RecvError::Lagged(n)) => {
-                let left_out = format!("{n} events were left out: read the map again and watch anew");
+                let left_out =
+                    format!("{n} events were left out: read the map again and watch anew");
                 let _ = sender.send(Err(Status::data_loss(left_out))).await;
                 return;
             }

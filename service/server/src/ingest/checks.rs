@@ -70,11 +70,10 @@ pub(crate) fn check(
     for (index, observation) in (0_u32..).zip(&batch.observations) {
         match check_observation(batch.number, observation, sensors, stamps, limits) {
             Ok(()) => note(&mut checked, observation),
-            Err((code, detail)) => checked.rejections.push(RejectionRecord {
-                index,
-                code: code.to_owned(),
-                detail,
-            }),
+            Err((code, detail)) => {
+                let code = code.to_owned();
+                checked.rejections.push(RejectionRecord { index, code, detail });
+            }
         }
     }
     for observation in &batch.observations {

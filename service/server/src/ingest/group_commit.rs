@@ -6,10 +6,13 @@
 use std::time::Instant;
 
 use meetpoint_storage::{AppendRequest, Appended, MapId, NewEntry, Refusal, SessionId, Store};
-use tokio::sync::{mpsc, oneshot};
+use tokio::sync::{mpsc, oneshot, watch};
 
 use crate::mapping::Actors;
 use crate::{error::Error, settings::JournalSettings};
+
+/// Less than this part of the queue free is crowded.
+const CROWDED_BELOW: usize = 4;
 
 /// What became of one request.
 pub(crate) type Outcome = Result<Appended, Error>;
@@ -24,6 +27,7 @@ struct Waiting {
 #[derive(Clone, Debug)]
 pub(crate) struct JournalWriter {
     queue: mpsc::Sender<Waiting>,
+    failure: watch::Receiver<Option<String>>,
 }
 
 impl JournalWriter {
@@ -34,8 +38,19 @@ impl JournalWriter {
         settings: JournalSettings,
     ) -> (Self, tokio::task::JoinHandle<()>) {
         let (queue, waiting) = mpsc::channel(settings.queue_n_max);
-        let task = tokio::spawn(commit_groups(store, actors, settings, waiting));
-        (Self { queue }, task)
+        let (told, failure) = watch::channel(None);
+        let task = tokio::spawn(commit_groups(store, actors, settings, waiting, told));
+        (Self { queue, failure }, task)
+    }
+
+    /// Why the last commit failed, until one succeeds.
+    pub(crate) fn failure(&self) -> Option<String> {
+        self.failure.borrow().clone()
+    }
+
+    /// True while so many wait that senders should hold back.
+    pub(crate) fn is_crowded(&self) -> bool {
+        self.queue.capacity() < self.queue.max_capacity() / CROWDED_BELOW
     }
 
     /// Queues a request, waiting for room. The receiver tells when it is durable, or why not.
@@ -48,10 +63,7 @@ impl JournalWriter {
         request: AppendRequest,
     ) -> Result<oneshot::Receiver<Outcome>, Error> {
         let (reply, outcome) = oneshot::channel();
-        self.queue
-            .send(Waiting { map, request, reply })
-            .await
-            .map_err(|_| Error::Stopping)?;
+        self.queue.send(Waiting { map, request, reply }).await.map_err(|_| Error::Stopping)?;
         Ok(outcome)
     }
 }
@@ -61,6 +73,7 @@ async fn commit_groups(
     actors: Actors,
     settings: JournalSettings,
     mut waiting: mpsc::Receiver<Waiting>,
+    told: watch::Sender<Option<String>>,
 ) {
     while let Some(first) = waiting.recv().await {
         let mut n_bytes = payload_bytes(&first.request);
@@ -71,7 +84,8 @@ async fn commit_groups(
             group.push(next);
         }
         metrics::gauge!("meetpoint_journal_queue_depth").set(waiting.len() as f64);
-        commit(&store, &actors, group).await;
+        let failure = commit(&store, &actors, group).await;
+        told.send_if_modified(|last| std::mem::replace(last, failure.clone()) != failure);
     }
 }
 
@@ -82,7 +96,8 @@ fn payload_bytes(request: &AppendRequest) -> usize {
     }
 }
 
-async fn commit(store: &Store, actors: &Actors, group: Vec<Waiting>) {
+/// Commits a group and answers it; why it failed, if it did.
+async fn commit(store: &Store, actors: &Actors, group: Vec<Waiting>) -> Option<String> {
     let (mut requests, mut waiting) = (Vec::new(), Vec::new());
     for Waiting { map, request, reply } in group {
         waiting.push((map, request.session, reply));
@@ -102,6 +117,7 @@ async fn commit(store: &Store, actors: &Actors, group: Vec<Waiting>) {
                 // A sender that went away asks again; the batch is durable all the same.
                 let _ = reply.send(outcome.map_err(|refusal| refused(session, &refusal)));
             }
+            None
         }
         Err(error) => {
             let error = Error::from(error);
@@ -109,6 +125,7 @@ async fn commit(store: &Store, actors: &Actors, group: Vec<Waiting>) {
             for (_, _, reply) in waiting {
                 let _ = reply.send(Err(again(&error)));
             }
+            Some(error.to_string())
         }
     }
 }

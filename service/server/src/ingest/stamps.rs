@@ -25,13 +25,7 @@ struct Newest {
 impl Stamps {
     /// Remembers at most `n_max` stamps.
     pub(crate) fn new(n_max: usize) -> Self {
-        Self {
-            n_max,
-            batch_of: HashMap::new(),
-            order: VecDeque::new(),
-            newest: None,
-            before: None,
-        }
+        Self { n_max, batch_of: HashMap::new(), order: VecDeque::new(), newest: None, before: None }
     }
 
     /// The largest stamp of batches before `batch`, if any came.

@@ -156,7 +156,7 @@ impl Actor<'_> {
                     .map_err(Error::internal)??;
             let Advanced { work: advanced_work, left, applied, draft, computing } = advanced;
             (work, entries) = (advanced_work, left);
-            self.tell(&applied, computing);
+            self.tell(&applied, computing, entries.len());
             if let Some(draft) = draft {
                 self.save(draft, TRACKING).await?;
             }
@@ -182,7 +182,7 @@ impl Actor<'_> {
     }
 
     /// Tells streams and watchers how far their sessions are.
-    fn tell(&self, applied: &[Applied], computing: Duration) {
+    fn tell(&self, applied: &[Applied], computing: Duration, n_left: usize) {
         let live = &self.shared.live;
         let n_scans: u64 = applied.iter().map(|entry| entry.n_scans).sum();
         let advanced_ns: i64 = applied.iter().map(|entry| entry.advanced_ns).sum();
@@ -191,6 +191,12 @@ impl Actor<'_> {
             let ratio = advanced_ns as f64 * 1e-9 / computing.as_secs_f64();
             metrics::gauge!("meetpoint_real_time_ratio", "map" => self.record.id.0.clone())
                 .set(ratio);
+        }
+        let map = || self.record.id.0.clone();
+        metrics::gauge!("meetpoint_mapping_queue_depth", "map" => map()).set(n_left as f64);
+        if let Some(last) = applied.last() {
+            let age_s = (clock::now_ns() - last.receive_time_ns) as f64 * 1e-9;
+            metrics::gauge!("meetpoint_mapping_queue_age_seconds", "map" => map()).set(age_s);
         }
         for entry in applied {
             let Some(session) = entry.session else { continue };

@@ -57,6 +57,8 @@ pub(crate) struct Applied {
     pub(crate) mapped_through: u64,
     /// The newest pose.
     pub(crate) correction: Option<v1::PoseCorrection>,
+    /// When it came in, by the service's clock, nanoseconds since 1970.
+    pub(crate) receive_time_ns: i64,
     /// Laser scans mapped.
     pub(crate) n_scans: u64,
     /// Time that the robot's clock advanced, nanoseconds.
@@ -108,7 +110,7 @@ impl MapState {
     /// # Errors
     /// [`Error::Internal`] if the journal holds what ingest never lets through.
     pub(crate) fn apply(&mut self, entry: JournalEntry) -> Result<Applied, Error> {
-        let JournalEntry { seq, receive_time_ns: _, event } = entry;
+        let JournalEntry { seq, receive_time_ns, event } = entry;
         let applied = match event {
             JournalEvent::SessionOpened { session, declaration, map_from_session } => {
                 self.open(session, declaration, map_from_session.map(pose::from_record))?;
@@ -125,7 +127,7 @@ impl MapState {
         };
         self.position = seq;
         self.n_scans_since_snapshot += applied.n_scans;
-        Ok(applied)
+        Ok(Applied { receive_time_ns, ..applied })
     }
 
     fn open(

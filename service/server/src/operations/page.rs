@@ -20,7 +20,5 @@ pub(crate) fn after<T>(token: &str, parse: impl Fn(&str) -> Option<T>) -> Result
     if token.is_empty() {
         return Ok(None);
     }
-    parse(token)
-        .map(Some)
-        .ok_or_else(|| Error::field("page_token", "not a token of this list"))
+    parse(token).map(Some).ok_or_else(|| Error::field("page_token", "not a token of this list"))
 }

@@ -1,5 +1,7 @@
 //! Batches and skips: checked, queued for a group commit, answered when durable.
 
+use std::time::Instant;
+
 use meetpoint_proto::v1;
 use meetpoint_storage::{AppendRequest, ContentHash, NewEntry};
 use tokio::sync::oneshot;
@@ -23,6 +25,7 @@ pub(crate) enum Upload {
 pub(crate) struct Queued {
     /// The batch, or the last one skipped.
     number: u64,
+    came: Instant,
     outcome: oneshot::Receiver<Outcome>,
 }
 
@@ -30,6 +33,7 @@ impl Queued {
     /// Waits until it is durable.
     pub(crate) async fn durable(self) -> Result<v1::Ack, Error> {
         let appended = self.outcome.await.map_err(|_| Error::Stopping)??;
+        metrics::histogram!("meetpoint_ack_seconds").record(self.came.elapsed().as_secs_f64());
         Ok(v1::Ack {
             acked_through: appended.acked_through,
             rejected: session::rejections(self.number, appended.rejections),
@@ -62,6 +66,7 @@ impl Service {
         epoch: u64,
         upload: Upload,
     ) -> Result<Queued, Error> {
+        let came = Instant::now();
         let (number, entry) = match upload {
             Upload::Batch(batch) => (batch.number, self.checked_batch(known, &batch)?),
             Upload::Skip(v1::Skip { from, through, reason }) => {
@@ -73,7 +78,7 @@ impl Service {
         let receive_time_ns = clock::now_ns();
         let request = AppendRequest { session: known.id, epoch, receive_time_ns, entry };
         let outcome = self.journal.queue(known.map.clone(), request).await?;
-        Ok(Queued { number, outcome })
+        Ok(Queued { number, came, outcome })
     }
 
     fn checked_batch(&self, known: &KnownSession, batch: &v1::Batch) -> Result<NewEntry, Error> {

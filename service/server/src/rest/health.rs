@@ -42,8 +42,8 @@ pub(super) async fn healthz() -> Response {
 
 /// Says whether requests can be served.
 ///
-/// Two checks: `stopping` (the service is not going down) and `store` (a trivial question is answered
-/// within a second). The problem document's `check` names the one that failed.
+/// Three checks: `stopping` (the service is not going down), `journal` (the last batches that came
+/// could be kept) and `store` (a trivial question is answered within a second). The problem document's `check` names the one that failed.
 #[utoipa::path(
     get,
     path = "/readyz",
@@ -57,6 +57,9 @@ pub(super) async fn readyz(State(rest): State<Rest>) -> Result<Response, Refusal
     let not_ready = |check, problem: &str| Refusal::NotReady { check, problem: problem.to_owned() };
     if rest.service.stop.is_cancelled() {
         return Err(not_ready("stopping", "the service is going down"));
+    }
+    if let Some(problem) = rest.service.journal.failure() {
+        return Err(not_ready("journal", &problem));
     }
     let question = rest.service.store.maps(None, 1);
     match tokio::time::timeout(STORE_ANSWERS_WITHIN, question).await {
