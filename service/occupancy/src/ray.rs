@@ -102,6 +102,11 @@ mod tests {
         enter <= leave
     }
 
+    #[expect(clippy::cast_possible_truncation, reason = "within ±90")]
+    fn cell_of(point: (f64, f64)) -> Cell {
+        Cell { x: point.0.floor() as i32, y: point.1.floor() as i32 }
+    }
+
     proptest! {
         #[test]
         fn meets_the_cells_that_the_segment_meets(
@@ -130,8 +135,8 @@ mod tests {
                 let step = pair[0].x.abs_diff(pair[1].x) + pair[0].y.abs_diff(pair[1].y);
                 prop_assert_eq!(step, 1, "neighbours share an edge");
             }
-            let last = cells.last().expect("the first cell at least");
-            prop_assert!(last.x.abs_diff(to.0.floor() as i32) + last.y.abs_diff(to.1.floor() as i32) <= 1);
+            let (last, end) = (cells.last().expect("the first cell at least"), cell_of(to));
+            prop_assert!(last.x.abs_diff(end.x) + last.y.abs_diff(end.y) <= 1, "at the end");
         }
     }
 }

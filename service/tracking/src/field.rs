@@ -347,3 +347,105 @@ impl Hasher for TileHasher {
         self.0 ^ (self.0 >> 32)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_geometry::{GridFrame, Pose};
+    use meetpoint_occupancy::{BeamModel, LaserGeometry, ScanMarks};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const PARAMS: FieldParams = FieldParams { hit_std_m: 0.05, occupied_log_odds_min: 0.0 };
+    const LASER: LaserGeometry = LaserGeometry {
+        angle_min_rad: -PI,
+        angle_increment_rad: PI / 20.0,
+        n_beams: 40,
+        range_min_m: 0.0,
+        range_max_m: 9.0,
+    };
+
+    /// A grid of some scans, and the field kept up with it.
+    fn drawn(scans: &[(f64, f64, Vec<f32>)]) -> (Grid, Field) {
+        let mut grid = Grid::new(GridFrame::new(0.05).expect("a length"));
+        let mut field = Field::new(&grid, &PARAMS);
+        let mut marks = ScanMarks::new();
+        for (x, y, ranges_m) in scans {
+            let pose = Pose::new(*x, *y, x + y);
+            grid.insert_scan(pose, &LASER, ranges_m, &BeamModel::INDOOR, &mut marks);
+            field.update(&grid, marks.changed());
+        }
+        (grid, field)
+    }
+
+    fn scans() -> impl Strategy<Value = Vec<(f64, f64, Vec<f32>)>> {
+        let ranges_m = prop::collection::vec(0.2_f32..4.0, 40);
+        prop::collection::vec((-2.0_f64..2.0, -2.0_f64..2.0, ranges_m), 1..6)
+    }
+
+    /// The definition, word for word.
+    fn reference(grid: &Grid, field: &Field, cell: Cell) -> u8 {
+        let near = |offset: i32| offset - field.radius..=offset + field.radius;
+        let walls = near(cell.y).flat_map(|y| near(cell.x).map(move |x| Cell { x, y }));
+        let value = |wall: Cell| {
+            let place = field.wall_of(grid, wall);
+            if place == 0 {
+                return 0;
+            }
+            let kernel = kernel(usize::from(place) - 1, field.radius, 1.0);
+            let side = 2 * field.radius + 1;
+            let (dx, dy) = (cell.x - wall.x + field.radius, cell.y - wall.y + field.radius);
+            kernel[len(dy * side + dx)]
+        };
+        walls.map(value).max().unwrap_or(0)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn kept_up_equals_the_definition(scans in scans(), x in -90..90, y in -90..90) {
+            let (grid, field) = drawn(&scans);
+            for offset in 0..40 {
+                let cell = Cell { x: x + offset, y: y - offset };
+                let (tile, _) = tile_place(cell);
+                let kept = field.tile(tile).map_or(0, |tile| tile.values[stored_place(cell)]);
+                prop_assert_eq!(kept, reference(&grid, &field, cell), "{:?}", cell);
+            }
+        }
+
+        #[test]
+        fn kept_up_equals_built_anew(scans in scans()) {
+            let (grid, field) = drawn(&scans);
+            let anew = Field::new(&grid, &PARAMS);
+            for (index, tile) in field.tiles() {
+                let empty = [0; STRIDE * STRIDE];
+                let values = anew.tile(index).map_or(&empty, |tile| &*tile.values);
+                prop_assert!(&*tile.values == values, "tile {index:?} differs");
+            }
+        }
+
+        /// Eq. (3) of Thrun 1998 with each corner weighing by the area opposite.
+        #[test]
+        fn interpolates_between_four_centres(
+            scans in scans(),
+            x in -3.0_f64..3.0,
+            y in -3.0_f64..3.0,
+        ) {
+            let (_, field) = drawn(&scans);
+            let (u, v) = (x / 0.05 - 0.5, y / 0.05 - 0.5);
+            let low = floor_cell(u, v);
+            let mut expected = 0.0;
+            for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+                let cell = Cell { x: low.x + dx, y: low.y + dy };
+                let value = field.tile(tile_place(cell).0).map_or(0, |t| t.values[stored_place(cell)]);
+                let weight = (1.0 - (u - f64::from(cell.x)).abs()) * (1.0 - (v - f64::from(cell.y)).abs());
+                expected += weight * f64::from(value) / FULL;
+            }
+            let (value, _, _) = field.interpolate(Point2::new(x, y));
+            prop_assert!((value - expected).abs() < 1e-9, "{value} is not {expected}");
+        }
+    }
+}

@@ -44,6 +44,7 @@ impl LiveMap {
         Ok(Self::of_grid(params, Grid::new(GridFrame::new(resolution_m)?)))
     }
 
+    #[expect(clippy::large_types_passed_by_value, reason = "it is kept")]
     fn of_grid(params: MappingParams, grid: Grid) -> Self {
         let field = Field::new(&grid, &params.field);
         let marks = ScanMarks::new();

@@ -44,10 +44,14 @@ pub(crate) struct Match {
 /// A hit whose field reaches this lies at a wall, whether or not a beam ever met its cell.
 const WALL_VALUE_MIN: f64 = 0.2;
 
+/// A robot that may be anywhere near loses only this share of what another does by lying away from
+/// its prediction.
+const ADRIFT_SHARE: f64 = 0.1;
+
 impl<'a> Matcher<'a> {
     pub(crate) fn new(
         points: &'a [ScanPoint],
-        predicted: Pose,
+        (predicted, adrift): (Pose, bool),
         chart: Chart<'a>,
         params: &'a MappingParams,
     ) -> Self {
@@ -56,7 +60,7 @@ impl<'a> Matcher<'a> {
             center: predicted,
             gain_per_m2: params.odometry_gain_per_m2,
             gain_per_rad2: params.odometry_gain_per_rad2,
-            loss_max: params.odometry_loss_max,
+            loss_max: params.odometry_loss_max * if adrift { ADRIFT_SHARE } else { 1.0 },
         };
         let search_points = thinned(points, params.n_search_points_max);
         Self { points, search_points, chart, params, prior }

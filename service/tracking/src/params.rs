@@ -45,10 +45,10 @@ pub struct MatchParams {
     pub search_half_per_m: f64,
     /// What the window grows by for each radian turned, in radians.
     pub search_half_per_rad: f64,
-    /// Gain beta_1 of Thrun 1998, eq. (4), over beta_3: loss of mean correlation for the square
+    /// Gain `beta_1` of Thrun 1998, eq. (4), over `beta_3`: loss of mean correlation for the square
     /// metre of distance from the odometry.
     pub odometry_gain_per_m2: f64,
-    /// Gain beta_2 over beta_3: loss of mean correlation for the square radian.
+    /// Gain `beta_2` over `beta_3`: loss of mean correlation for the square radian.
     pub odometry_gain_per_rad2: f64,
     /// The most that both may cost together, so that odometry which jumps does not decide.
     pub odometry_loss_max: f64,
@@ -78,6 +78,8 @@ pub struct TrustParams {
     pub wide_share: f64,
     /// Below this share the tracker is lost.
     pub lost_share: f64,
+    /// The same for a robot that may be anywhere near, at its start or after a hole in the data.
+    pub adrift_share: f64,
     /// Half the window of a search in doubt, in metres.
     pub doubt_half_m: f64,
     /// Half the window of a search in doubt, in radians.
@@ -126,9 +128,10 @@ impl MappingParams {
             known_share_min: 0.1,
             search_share: 0.95,
             doubt_share: 0.85,
-            draw_share: 0.7,
-            wide_share: 0.6,
-            lost_share: 0.45,
+            draw_share: 0.5,
+            wide_share: 0.45,
+            lost_share: 0.35,
+            adrift_share: 0.7,
             doubt_half_m: 0.4,
             doubt_half_rad: 20.0 * PI / 180.0,
             lost_half_m: 1.5,
@@ -138,7 +141,7 @@ impl MappingParams {
             n_lost_scans_max: 6,
             wide_step_rad: PI / 180.0,
             draw_distance_m: 0.5,
-            draw_turn_rad: 20.0 * PI / 180.0,
+            draw_turn_rad: 15.0 * PI / 180.0,
         },
     };
 }

@@ -149,7 +149,7 @@ impl Tracker {
             return Tracked { map_from_robot: predicted, draw: false };
         }
         let usual = self.state.usual.unwrap_or(trust.usual_agreement_start);
-        let matcher = Matcher::new(points, predicted, chart, params);
+        let matcher = Matcher::new(points, (predicted, self.state.adrift), chart, params);
         let (pose, sure, n_lost) = match self.find(stamp_ns, predicted, &matcher, params) {
             Found::Here(found) => {
                 self.state.usual = Some(usual + trust.usual_weight * (found.agreement - usual));
@@ -208,7 +208,8 @@ impl Tracker {
                 best = better(best, found);
             }
         }
-        let lost = !reaches(&best) || best.agreement < trust.lost_share * usual;
+        let share_min = if self.state.adrift { trust.adrift_share } else { trust.lost_share };
+        let lost = !reaches(&best) || best.agreement < share_min * usual;
         if lost { Found::Nowhere } else { Found::Here(best) }
     }
 

@@ -111,3 +111,55 @@ fn bound_sum(bounds: &Bounds, cells: &[Cell], low: Cell) -> u32 {
         .map(|cell| u32::from(bounds.at(Cell { x: cell.x + low.x, y: cell.y + low.y })))
         .sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_geometry::{GridFrame, Pose};
+    use meetpoint_occupancy::{BeamModel, Grid, LaserGeometry, ScanMarks};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::params::FieldParams;
+    use crate::search::best_in_window;
+
+    const LASER: LaserGeometry = LaserGeometry {
+        angle_min_rad: -PI,
+        angle_increment_rad: PI / 20.0,
+        n_beams: 40,
+        range_min_m: 0.0,
+        range_max_m: 9.0,
+    };
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn finds_what_the_exhaustive_search_finds(
+            ranges_m in prop::collection::vec(0.5_f32..5.0, 40),
+            (x, y, turn) in (-0.9_f64..0.9, -0.9_f64..0.9, -0.4_f64..0.4),
+        ) {
+            let mut grid = Grid::new(GridFrame::new(0.05).expect("a length"));
+            let model = BeamModel::INDOOR;
+            grid.insert_scan(Pose::IDENTITY, &LASER, &ranges_m, &model, &mut ScanMarks::new());
+            let params = FieldParams { hit_std_m: 0.05, occupied_log_odds_min: 0.0 };
+            let field = Field::new(&grid, &params);
+            let points: Vec<Point2<f64>> = (0_u32..)
+                .zip(&ranges_m)
+                .map(|(beam, &range_m)| {
+                    let (sin, cos) = LASER.bearing_rad(beam).sin_cos();
+                    Point2::new(f64::from(range_m) * cos, f64::from(range_m) * sin)
+                })
+                .collect();
+            let center = Pose::new(x, y, turn);
+            let window = Window { center, half_m: 1.0, half_rad: 0.5, step_rad: 0.02 };
+            let prior = Prior { center, gain_per_m2: 0.1, gain_per_rad2: 0.1, loss_max: 0.3 };
+            let slow = best_in_window(&field, &points, &window, &prior);
+            let fast = best_in_wide_window(&field, &points, &window, (&prior, 0.0));
+            prop_assert_eq!(fast.score, slow.score);
+            let nothing_above = best_in_wide_window(&field, &points, &window, (&prior, slow.score));
+            prop_assert_eq!(nothing_above.pose, center, "none beats the best");
+        }
+    }
+}

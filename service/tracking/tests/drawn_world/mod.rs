@@ -7,7 +7,7 @@ use meetpoint_geometry::Pose;
 use meetpoint_occupancy::LaserGeometry;
 
 /// A half circle of 180 beams up to 12 m.
-pub const LASER: LaserGeometry = LaserGeometry {
+pub(crate) const LASER: LaserGeometry = LaserGeometry {
     angle_min_rad: -PI / 2.0,
     angle_increment_rad: PI / 180.0,
     n_beams: 180,
@@ -18,13 +18,13 @@ pub const LASER: LaserGeometry = LaserGeometry {
 const EDGE_M: f64 = 0.5;
 
 /// Walls as squares.
-pub struct DrawnWorld {
+pub(crate) struct DrawnWorld {
     /// Lower-left corners, in metres.
     walls: Vec<(f64, f64)>,
 }
 
 impl DrawnWorld {
-    pub fn new(drawing: &str) -> Self {
+    pub(crate) fn new(drawing: &str) -> Self {
         let rows = drawing.trim().lines().rev().enumerate();
         let walls = rows.flat_map(|(y, line)| {
             let marks = line.trim().bytes().enumerate().filter(|(_, mark)| *mark == b'#');
@@ -34,12 +34,12 @@ impl DrawnWorld {
     }
 
     /// A scan of [`LASER`] at `pose`, with an error of up to 2 cm that depends on `index` and beam.
-    pub fn scan(&self, pose: Pose, index: usize) -> Vec<f32> {
+    pub(crate) fn scan(&self, pose: Pose, index: usize) -> Vec<f32> {
         (0..LASER.n_beams)
             .map(|beam| {
                 let range_m = self.range_m(pose, LASER.bearing_rad(beam));
                 let error_m = 0.02 * ((index as f64 * 7.3 + f64::from(beam)) * 12.9898).sin();
-                if range_m < LASER.range_max_m { (range_m + error_m) as f32 } else { f32::INFINITY }
+                reading_m(range_m, error_m)
             })
             .collect()
     }
@@ -59,4 +59,9 @@ impl DrawnWorld {
         };
         self.walls.iter().map(to_wall).fold(f64::INFINITY, f64::min)
     }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "ranges are sent as f32")]
+fn reading_m(range_m: f64, error_m: f64) -> f32 {
+    if range_m < LASER.range_max_m { (range_m + error_m) as f32 } else { f32::INFINITY }
 }
