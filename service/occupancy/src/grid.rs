@@ -253,3 +253,99 @@ fn copy_tile(tile_index: TileIndex, tile: &Tile, raster: &mut Raster) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_geometry::Point2;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const LASER: LaserGeometry = LaserGeometry {
+        angle_min_rad: -PI,
+        angle_increment_rad: PI / 12.0,
+        n_beams: 24,
+        range_min_m: 0.0,
+        range_max_m: 9.0,
+    };
+
+    fn drawn(pose: Pose, ranges_m: &[f32]) -> Grid {
+        let mut grid = Grid::new(GridFrame::new(0.1).expect("a length"));
+        grid.insert_scan(pose, &LASER, ranges_m, &BeamModel::INDOOR, &mut ScanMarks::new());
+        grid
+    }
+
+    #[test]
+    fn free_up_to_the_hit_and_nothing_behind() {
+        let grid = drawn(Pose::new(0.05, 0.05, PI), &[1.0]);
+        let model = BeamModel::INDOOR;
+        let at = |x| grid.log_odds(Cell { x, y: 0 });
+        assert_eq!(at(-1), None, "behind the sensor");
+        assert_eq!(at(0), Some(model.log_odds_miss), "at the sensor");
+        assert_eq!(at(9), Some(model.log_odds_miss), "before the hit");
+        assert_eq!(at(10), Some(model.log_odds_hit), "the hit");
+        assert_eq!(at(11), None, "behind the hit");
+        let bounds = grid.bounds().expect("observed");
+        assert_eq!((bounds.first, bounds.width), (Cell { x: 0, y: 0 }, 11), "as far as observed");
+        assert_eq!(grid.raster(None).log_odds[10], model.log_odds_hit, "lowest row first");
+    }
+
+    #[test]
+    fn nothing_hit_clears_as_far_as_the_model_believes() {
+        let grid = drawn(Pose::new(0.05, 0.05, PI), &[f32::INFINITY]);
+        let bounds = grid.bounds().expect("observed");
+        assert_eq!(bounds.width, 51, "5 m of the laser's 9 m");
+        assert_eq!(drawn(Pose::IDENTITY, &[f32::NAN; 24]).bounds(), None, "invalid says nothing");
+    }
+
+    #[test]
+    fn absurd_poses_draw_nothing() {
+        for x_m in [f64::NAN, f64::INFINITY, 1e300, 1e7] {
+            assert_eq!(drawn(Pose { x_m, ..Pose::IDENTITY }, &[1.0; 24]).bounds(), None, "{x_m} m");
+        }
+    }
+
+    #[test]
+    fn snapshots_stay_as_they_were() {
+        let mut grid = drawn(Pose::IDENTITY, &[1.0; 24]);
+        let snapshot = grid.clone();
+        let before: Vec<_> = snapshot.tiles().map(|(_, tile)| tile.to_bytes()).collect();
+        let model = BeamModel::INDOOR;
+        grid.insert_scan(Pose::IDENTITY, &LASER, &[2.0; 24], &model, &mut ScanMarks::new());
+        let after: Vec<_> = snapshot.tiles().map(|(_, tile)| tile.to_bytes()).collect();
+        assert!(before == after, "written to a copy");
+    }
+
+    proptest! {
+        /// The definition by dense sampling: hit cells are occupied, cells that a beam's samples
+        /// meet before are free, and no others are observed.
+        #[test]
+        fn agrees_with_dense_sampling(
+            (x, y, theta) in (-3.0_f64..3.0, -3.0_f64..3.0, -3.0_f64..3.0),
+            ranges_m in prop::collection::vec(0.3_f32..4.0, 24),
+        ) {
+            let pose = Pose::new(x, y, theta);
+            let grid = drawn(pose, &ranges_m);
+            let point = |bearing_rad: f64, range_m: f64| {
+                let (sin, cos) = bearing_rad.sin_cos();
+                grid.frame().cell_at(pose * Point2::new(range_m * cos, range_m * sin))
+            };
+            let beams: Vec<_> = LASER.readings(&ranges_m).filter_map(|(bearing_rad, reading)| {
+                if let Reading::Hit(range_m) = reading { Some((bearing_rad, range_m)) } else { None }
+            }).collect();
+            let hits: Vec<Cell> = beams.iter().map(|&(bearing, range_m)| point(bearing, range_m)).collect();
+            for hit in &hits {
+                prop_assert_eq!(grid.log_odds(*hit), Some(BeamModel::INDOOR.log_odds_hit));
+            }
+            for (bearing_rad, range_m) in beams {
+                for sample in 0..400 {
+                    let cell = point(bearing_rad, range_m * f64::from(sample) / 400.0);
+                    let free = grid.log_odds(cell) == Some(BeamModel::INDOOR.log_odds_miss);
+                    prop_assert!(free || hits.contains(&cell), "{cell:?} is crossed");
+                }
+            }
+        }
+    }
+}
