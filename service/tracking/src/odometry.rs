@@ -99,3 +99,52 @@ impl Odometry {
 pub(crate) fn seconds_between(from_ns: i64, to_ns: i64) -> f64 {
     to_ns.saturating_sub(from_ns) as f64 * 1e-9
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    const SECOND_NS: i64 = 1_000_000_000;
+
+    fn along_x(stamps_and_x_m: &[(i64, f64)]) -> Odometry {
+        let mut odometry = Odometry::default();
+        for &(stamp_ns, x_m) in stamps_and_x_m {
+            odometry.add_pose(stamp_ns, Pose::new(x_m, 0.0, 0.0));
+        }
+        odometry
+    }
+
+    fn x_m(odometry: &Odometry, stamp_ns: i64) -> f64 {
+        odometry.pose_at(stamp_ns).expect("some odometry came").x_m
+    }
+
+    #[test]
+    fn takes_its_own_stamp_as_it_is() {
+        let odometry = along_x(&[(10, 1.0), (30, 3.0), (20, 7.0)]);
+        assert_eq!(x_m(&odometry, 20), 7.0, "the pose of that stamp, though it ran backwards");
+        assert_eq!(x_m(&odometry, 15), 1.5, "between two that enclose it");
+    }
+
+    #[test]
+    fn goes_on_for_half_a_second_only() {
+        let odometry = along_x(&[(0, 0.0), (SECOND_NS, 1.0)]);
+        assert_eq!(x_m(&odometry, SECOND_NS * 3 / 2), 1.5, "half a second on");
+        assert_eq!(x_m(&odometry, SECOND_NS * 2), 1.0, "no farther than the last");
+        assert_eq!(Odometry::default().pose_at(0), None, "nothing came");
+    }
+
+    #[test]
+    fn velocities_make_arcs() {
+        let mut odometry = Odometry::default();
+        let velocity =
+            Velocity { forward_m_per_s: PI / 2.0, left_m_per_s: 0.0, turn_rad_per_s: PI / 2.0 };
+        odometry.add_velocity(0, velocity);
+        let pose = odometry.pose_at(SECOND_NS).expect("a velocity is in force");
+        let expected = Pose::new(1.0, 1.0, PI / 2.0);
+        assert!(expected.step_to(pose).distance_m() < 1e-9, "a quarter of a circle of radius 1 m");
+        odometry.add_velocity(SECOND_NS, Velocity { turn_rad_per_s: f64::NAN, ..velocity });
+        assert!(odometry.pose_at(SECOND_NS * 2).expect("still").is_finite(), "NaN is not taken");
+    }
+}

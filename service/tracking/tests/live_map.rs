@@ -260,7 +260,7 @@ fn other_observations_get_a_pose_by_odometry() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(12))]
+    #![proptest_config(ProptestConfig::with_cases(6))]
 
     /// Same bits, whatever was stored and restored in between.
     #[test]
