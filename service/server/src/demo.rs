@@ -192,9 +192,9 @@ fn tell_addresses(url: &str, sessions: &[v1::Session]) {
         (format!("/v1/sessions?map={MAP}"), "who drew it"),
         ("/metrics".to_owned(), "how the service fares"),
     ];
+    let n_longest = addresses.iter().map(|(path, _)| path.len()).max().unwrap_or(0);
     let trajectory = |id: &str| format!("/v1/sessions/{id}/trajectory?format=tum");
     addresses.extend(sessions.iter().map(|session| (trajectory(&session.id), "where it was")));
-    let n_longest = addresses.iter().map(|(path, _)| path.len()).max().unwrap_or(0);
     println!("\nTo look at:\n");
     for (path, meaning) in addresses {
         println!("  {url}{path:n_longest$}  {meaning}");
