@@ -19,6 +19,9 @@ pub(crate) struct SessionProgress {
     pub(crate) correction: Option<v1::PoseCorrection>,
 }
 
+/// `None` until its map has told.
+type Told = Option<SessionProgress>;
+
 /// Something that happened on a map.
 #[derive(Clone, Debug)]
 pub(crate) enum Event {
@@ -38,7 +41,7 @@ pub(crate) struct Live(Arc<Inner>);
 
 #[derive(Debug)]
 struct Inner {
-    sessions: Mutex<HashMap<SessionId, watch::Sender<SessionProgress>>>,
+    sessions: Mutex<HashMap<SessionId, watch::Sender<Told>>>,
     events: broadcast::Sender<(MapId, Event)>,
 }
 
@@ -51,16 +54,16 @@ impl Live {
 
     /// Tells how far a session is. Only the newest is kept.
     pub(crate) fn progress(&self, session: SessionId, progress: SessionProgress) {
-        self.sessions().entry(session).or_default().send_replace(progress);
+        self.sessions().entry(session).or_default().send_replace(Some(progress));
     }
 
     /// How far a session is, if its map is in memory.
     pub(crate) fn session(&self, session: SessionId) -> Option<SessionProgress> {
-        self.sessions().get(&session).map(|sender| sender.borrow().clone())
+        self.sessions().get(&session).and_then(|sender| sender.borrow().clone())
     }
 
     /// Follows a session.
-    pub(crate) fn follow(&self, session: SessionId) -> watch::Receiver<SessionProgress> {
+    pub(crate) fn follow(&self, session: SessionId) -> watch::Receiver<Told> {
         self.sessions().entry(session).or_default().subscribe()
     }
 
@@ -84,7 +87,7 @@ impl Live {
     }
 
     /// A panic while the lock was held cannot leave the table half changed.
-    fn sessions(&self) -> MutexGuard<'_, HashMap<SessionId, watch::Sender<SessionProgress>>> {
+    fn sessions(&self) -> MutexGuard<'_, HashMap<SessionId, watch::Sender<Told>>> {
         self.0.sessions.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }

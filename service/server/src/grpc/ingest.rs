@@ -157,8 +157,8 @@ async fn answer(
                 },
             },
             Ok(()) = progress.changed() => {
-                let correction = progress.borrow_and_update().correction.clone();
-                let Some(correction) = correction else { continue };
+                let told = progress.borrow_and_update().clone();
+                let Some(correction) = told.and_then(|now| now.correction) else { continue };
                 Ok(Down::Correction(correction))
             }
         };

@@ -121,6 +121,7 @@ impl Actor<'_> {
                 idle_since = Instant::now();
                 continue;
             }
+            self.tell_age_s(0.0);
             let idle = if work.state.is_saved() {
                 Duration::from_secs(settings.idle_stop_s)
             } else {
@@ -192,11 +193,10 @@ impl Actor<'_> {
             metrics::gauge!("meetpoint_real_time_ratio", "map" => self.record.id.0.clone())
                 .set(ratio);
         }
-        let map = || self.record.id.0.clone();
-        metrics::gauge!("meetpoint_mapping_queue_depth", "map" => map()).set(n_left as f64);
+        let map = self.record.id.0.clone();
+        metrics::gauge!("meetpoint_mapping_queue_depth", "map" => map).set(n_left as f64);
         if let Some(last) = applied.last() {
-            let age_s = (clock::now_ns() - last.receive_time_ns) as f64 * 1e-9;
-            metrics::gauge!("meetpoint_mapping_queue_age_seconds", "map" => map()).set(age_s);
+            self.tell_age_s((clock::now_ns() - last.receive_time_ns) as f64 * 1e-9);
         }
         for entry in applied {
             let Some(session) = entry.session else { continue };
@@ -215,6 +215,12 @@ impl Actor<'_> {
                 live.forget(session);
             }
         }
+    }
+
+    /// How long ago the entry came in that was mapped last; 0 when none waits.
+    fn tell_age_s(&self, age_s: f64) {
+        let map = self.record.id.0.clone();
+        metrics::gauge!("meetpoint_mapping_queue_age_seconds", "map" => map).set(age_s);
     }
 
     async fn restore(&self) -> Result<Work, Error> {
