@@ -53,13 +53,9 @@ pub(crate) async fn work(service: Service) {
     }
 }
 
-async fn wait(
-    service: &Service,
-    events: &mut tokio::sync::broadcast::Receiver<(MapId, Event)>,
-) {
-    let announced = async {
-        while !matches!(events.recv().await, Ok((_, Event::Job(_))) | Err(_)) {}
-    };
+async fn wait(service: &Service, events: &mut tokio::sync::broadcast::Receiver<(MapId, Event)>) {
+    let announced =
+        async { while !matches!(events.recv().await, Ok((_, Event::Job(_))) | Err(_)) {} };
     tokio::select! {
         () = announced => {}
         () = tokio::time::sleep(POLL) => {}

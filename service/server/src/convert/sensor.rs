@@ -78,12 +78,8 @@ fn declared_sensor(field: &str, wire: v1::Sensor) -> Result<DeclaredSensor, Erro
             Ok(declared(tracking::SensorKind::Laser(laser), n_beams, range_min_m, range_max_m))
         }
         Some(v1::sensor::Kind::SonarRing(wire)) => {
-            let v1::SonarRing {
-                sensor_from_transducer,
-                cone_angle_rad,
-                range_min_m,
-                range_max_m,
-            } = wire;
+            let v1::SonarRing { sensor_from_transducer, cone_angle_rad, range_min_m, range_max_m } =
+                wire;
             let field = format!("{field}.sonar_ring");
             let n_transducers = sensor_from_transducer.len();
             within(&format!("{field}.sensor_from_transducer"), n_transducers, N_TRANSDUCERS_MAX)?;
@@ -105,13 +101,8 @@ fn declared_sensor(field: &str, wire: v1::Sensor) -> Result<DeclaredSensor, Erro
 }
 
 fn laser_geometry(field: &str, wire: v1::LaserGeometry) -> Result<LaserGeometry, Error> {
-    let v1::LaserGeometry {
-        angle_min_rad,
-        angle_increment_rad,
-        n_beams,
-        range_min_m,
-        range_max_m,
-    } = wire;
+    let v1::LaserGeometry { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m } =
+        wire;
     within(&format!("{field}.n_beams"), n_beams as usize, N_BEAMS_MAX as usize)?;
     if !angle_min_rad.is_finite() || angle_min_rad.abs() > std::f64::consts::TAU {
         return Err(Error::field(
@@ -154,9 +145,7 @@ fn ranges(field: &str, range_min_m: f64, range_max_m: f64) -> Result<(), Error> 
     } else {
         Err(Error::field(
             format!("{field}.range_max_m"),
-            format!(
-                "{range_min_m} to {range_max_m} m, must be 0 <= min < max <= {RANGE_MAX_M}"
-            ),
+            format!("{range_min_m} to {range_max_m} m, must be 0 <= min < max <= {RANGE_MAX_M}"),
         ))
     }
 }

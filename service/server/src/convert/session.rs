@@ -38,7 +38,9 @@ pub(crate) fn opening(wire: v1::OpenSessionRequest) -> Result<Opening, Error> {
     let delivery = match v1::Delivery::try_from(delivery) {
         Ok(v1::Delivery::Unspecified | v1::Delivery::Complete) => v1::Delivery::Complete,
         Ok(v1::Delivery::BoundedLag) => v1::Delivery::BoundedLag,
-        Err(_) => return Err(Error::field("delivery", format!("{delivery} is none of its values"))),
+        Err(_) => {
+            return Err(Error::field("delivery", format!("{delivery} is none of its values")));
+        }
     };
     let map_from_session = start_pose(start.as_ref())?;
     let declaration = v1::OpenSessionRequest {
@@ -78,9 +80,7 @@ pub(crate) fn declaration(bytes: &[u8]) -> Result<v1::OpenSessionRequest, Error>
 
 /// A session's id.
 pub(crate) fn id(field: &str, text: &str) -> Result<SessionId, Error> {
-    Uuid::parse_str(text)
-        .map(SessionId)
-        .map_err(|_| Error::field(field, "not a UUID"))
+    Uuid::parse_str(text).map(SessionId).map_err(|_| Error::field(field, "not a UUID"))
 }
 
 /// What a record does not hold of a session.
@@ -93,8 +93,7 @@ pub(crate) struct Present {
 
 /// A session for the wire.
 pub(crate) fn to_wire(record: SessionRecord, present: Present) -> Result<v1::Session, Error> {
-    let v1::OpenSessionRequest { start, sensors, delivery, .. } =
-        declaration(&record.declaration)?;
+    let v1::OpenSessionRequest { start, sensors, delivery, .. } = declaration(&record.declaration)?;
     let warnings = warnings(&record, &sensors, delivery);
     let SessionRecord {
         id,
