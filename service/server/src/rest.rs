@@ -65,8 +65,7 @@ pub(crate) struct Rest {
 /// REST, documentation, health and metrics. Every error is a problem document.
 pub(crate) fn router(service: &Service) -> Router {
     let (routes, _) = api().split_for_parts();
-    let rest =
-        Rest { service: service.clone(), keys_in_use: idempotency::KeysInUse::default() };
+    let rest = Rest { service: service.clone(), keys_in_use: idempotency::KeysInUse::default() };
     let limit_bytes = service.settings.limits.request_bytes_max;
     let docs = SwaggerUi::new("/docs")
         .url("/openapi.json", openapi())

@@ -71,8 +71,9 @@ impl Upload {
         let batch = batch.map(Batch::into_wire).transpose()?;
         let skip = skip.map(v1::Skip::from);
         let alternatives = [("batch", batch.map(Kind::Batch)), ("skip", skip.map(Kind::Skip))];
-        let kind = only_one("body", alternatives)?;
-        Ok(v1::IngestBatchRequest { session, epoch: epoch.0, kind })
+        let kind = only_one("body", alternatives)?
+            .ok_or_else(|| Error::field("body", "neither `batch` nor `skip`"))?;
+        Ok(v1::IngestBatchRequest { session, epoch: epoch.0, kind: Some(kind) })
     }
 }
 
@@ -186,5 +187,6 @@ mod tests {
             "body: `batch` and `skip`, one is taken",
             "not both"
         );
+        assert!(upload(json!({"epoch": 1})).is_err(), "one of them");
     }
 }

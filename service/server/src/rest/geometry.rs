@@ -26,7 +26,7 @@ impl From<v1::Point> for Point {
 /// Also a transform: `map_from_robot` is the robot's pose in the map's frame.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
-#[schema(example = json!({"x_m": 1.25, "y_m": -0.5, "theta_rad": 1.5707963}))]
+#[schema(example = json!({"x_m": 1.25, "y_m": -0.5, "theta_rad": 0.5}))]
 pub(crate) struct Pose {
     /// Metres.
     x_m: f64,

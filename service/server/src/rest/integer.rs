@@ -87,6 +87,16 @@ impl<T: TryFrom<i128>> Visitor<'_> for Digits<T> {
             .map_err(|_| E::invalid_value(de::Unexpected::Unsigned(number), &self))
     }
 
+    /// JSON does not tell 3.0 from 3: what is whole and exact is taken.
+    #[expect(clippy::cast_possible_truncation, reason = "whole and below 2^53")]
+    fn visit_f64<E: de::Error>(self, number: f64) -> Result<T, E> {
+        let is_exact = number.fract() == 0.0 && number.abs() < EXACT_BELOW as f64;
+        let whole = is_exact.then_some(number as i128);
+        whole
+            .and_then(|number| T::try_from(number).ok())
+            .ok_or_else(|| E::invalid_value(de::Unexpected::Float(number), &self))
+    }
+
     fn visit_str<E: de::Error>(self, text: &str) -> Result<T, E> {
         text.parse::<i128>()
             .ok()
@@ -141,10 +151,28 @@ mod tests {
 
     #[test]
     fn refuses_what_is_no_such_integer() {
-        for bad in ["-1", "\"-1\"", "1.5", "\"1e3\"", "\"\"", "18446744073709551616", "null", "[]"]
-        {
+        for bad in [
+            "-1",
+            "-1.0",
+            "1e300",
+            "\"-1\"",
+            "1.5",
+            "\"1e3\"",
+            "\"\"",
+            "18446744073709551616",
+            "null",
+            "[]",
+        ] {
             let read: Result<Unsigned64, _> = serde_json::from_str(bad);
             assert!(read.is_err(), "{bad} is none");
+        }
+    }
+
+    #[test]
+    fn whole_numbers_however_written() {
+        for three in ["3", "3.0", "3e0", "\"3\""] {
+            let read: Unsigned64 = serde_json::from_str(three).expect("a whole number");
+            assert_eq!(read, Unsigned64(3), "{three} is three");
         }
     }
 

@@ -22,7 +22,7 @@ const CREATION: Creation = Creation { route: "POST /v1/jobs", collection: "/v1/j
 /// Work in the background.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct Job {
-    /// UUIDv7.
+    /// A version 7 UUID.
     #[schema(example = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11")]
     id: String,
     /// Id of the map.

@@ -16,6 +16,11 @@ use crate::error::Error;
 /// `sonar_scan`, `landmark_sighting` and `mark` is wanted; an observation without is rejected.
 #[derive(Debug, serde::Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
+#[schema(example = json!({
+    "stamp_ns": "1763840000010000000",
+    "sensor_id": "front_laser",
+    "laser_scan": {"ranges_m": [2.5, 2.51, null, "inf"]}
+}))]
 pub(crate) struct Observation {
     /// The robot's wall clock, nanoseconds since 1970 (or since any fixed moment). A stamp is unique
     /// within a sensor of a session: it identifies a scan.

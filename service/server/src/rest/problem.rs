@@ -1,7 +1,7 @@
 //! Errors as RFC 9457 problem documents.
 //!
 //! `type` is `/problems/` and the code in kebab case. It names the problem and stays the same for
-//! ever; there is no page behind it. Programs switch on `code`, which gRPC's ErrorInfo holds too.
+//! ever; there is no page behind it. Programs switch on `code`, which gRPC's `ErrorInfo` holds too.
 
 use std::collections::BTreeMap;
 
@@ -34,7 +34,7 @@ pub(crate) enum Refusal {
     MethodNotAllowed(String),
     /// The body cannot be parsed.
     #[error("the body is not JSON: {0}")]
-    MalformedJson(String),
+    MalformedBody(String),
     /// The query's fields are not what they must be.
     #[error("query: {0}")]
     InvalidQuery(String),
@@ -76,7 +76,7 @@ impl Refusal {
             Self::Service(error) => (status(error.code()).0, error.reason()),
             Self::RouteNotFound(_) => (status(Code::NotFound).0, "ROUTE_NOT_FOUND"),
             Self::MethodNotAllowed(_) => (StatusCode::METHOD_NOT_ALLOWED, "METHOD_NOT_ALLOWED"),
-            Self::MalformedJson(_) => (status(Code::Invalid).0, "MALFORMED_JSON"),
+            Self::MalformedBody(_) => (status(Code::Invalid).0, "MALFORMED_BODY"),
             Self::InvalidQuery(_) => (status(Code::Invalid).0, "INVALID_QUERY"),
             Self::InvalidPath(_) => (status(Code::Invalid).0, "INVALID_PATH"),
             Self::UnsupportedMediaType(_) => {
@@ -234,19 +234,19 @@ pub(super) fn of_panic(panic: Box<dyn std::any::Any + Send>) -> Response {
 mod tests {
     use super::*;
 
-    fn document(refusal: Refusal) -> Value {
-        serde_json::to_value(Problem::of(&refusal)).expect("a document")
+    fn document(refusal: &Refusal) -> Value {
+        serde_json::to_value(Problem::of(refusal)).expect("a document")
     }
 
     #[test]
     fn says_what_and_where() {
-        let gap = document(Error::SequenceGap { expected: 7 }.into());
+        let gap = document(&Error::SequenceGap { expected: 7 }.into());
         assert_eq!(gap["type"], "/problems/sequence-gap", "kebab case");
         assert_eq!(gap["title"], "Sequence gap", "in words");
         assert_eq!(gap["status"], 409, "repeated");
         assert_eq!(gap["code"], "SEQUENCE_GAP", "for programs");
         assert_eq!(gap["expected_number"], 7, "a number");
-        let field = document(Error::field("map.id", "empty").into());
+        let field = document(&Error::field("map.id", "empty").into());
         assert_eq!(field["field"], "map.id", "named");
         assert_eq!(field["detail"], "map.id: empty", "the value at fault");
     }
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn causes_are_not_told() {
         let internal = Refusal::from(Error::internal("the password is hunter2"));
-        assert_eq!(document(internal)["detail"], "internal error", "nothing of the cause");
+        assert_eq!(document(&internal)["detail"], "internal error", "nothing of the cause");
     }
 
     #[test]

@@ -13,6 +13,12 @@ use crate::error::Error;
 /// and `landmark_detector` is required.
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
+#[schema(example = json!({
+    "id": "front_laser",
+    "robot_from_sensor": {"x_m": 0.2, "y_m": 0.0, "theta_rad": 0.0},
+    "laser": {"angle_min_rad": -1.5, "angle_increment_rad": 0.0166,
+              "n_beams": 181, "range_min_m": 0.1, "range_max_m": 30.0}
+}))]
 pub(crate) struct Sensor {
     /// Name of the sensor within the session: 1 to 63 of a-z, 0-9, `_`, `-`.
     #[schema(example = "front_laser")]
@@ -81,10 +87,10 @@ impl Sensor {
 #[serde(deny_unknown_fields)]
 pub(crate) struct LaserGeometry {
     /// Direction of beam 0, in radians.
-    #[schema(example = -1.5707963267948966)]
+    #[schema(example = -1.5)]
     angle_min_rad: f64,
     /// From one beam to the next, in radians; negative for a laser that turns clockwise. Not 0.
-    #[schema(example = 0.017453292519943295)]
+    #[schema(example = 0.0166)]
     angle_increment_rad: f64,
     /// Beams a scan: 1 to 8192. A scan with another count is rejected.
     #[schema(minimum = 0, maximum = 4_294_967_295_u32, example = 181)]

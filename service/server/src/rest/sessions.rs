@@ -12,7 +12,7 @@ use crate::error::Error;
 /// One unbroken run of a robot on a map.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct Session {
-    /// UUIDv7, given by the service.
+    /// A version 7 UUID, given by the service.
     #[schema(example = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11")]
     id: String,
     /// Id of the map.
@@ -200,6 +200,17 @@ impl From<Start> for v1::Start {
 /// A session to be opened, or to be found again by robot and client key.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
+#[schema(example = json!({
+    "map": "intel",
+    "robot": "rover-1",
+    "client_key": "2026-11-22-morning",
+    "start": {"known": {"x_m": 0.0, "y_m": 0.0, "theta_rad": 0.0}},
+    "sensors": [{
+        "id": "front_laser",
+        "laser": {"angle_min_rad": -1.5, "angle_increment_rad": 0.0166,
+                  "n_beams": 181, "range_min_m": 0.1, "range_max_m": 30.0}
+    }]
+}))]
 pub(crate) struct NewSession {
     /// Id of a map that exists.
     #[schema(example = "intel")]
