@@ -15,7 +15,7 @@ use super::integer::Unsigned64;
 use super::maps::MapPath;
 use super::openapi::GridProblems;
 use super::problem::Refusal;
-use super::request::{Path, Query, renamed, version_number};
+use super::request::{Path, Query, version_number};
 use crate::convert;
 use crate::error::Error;
 
@@ -172,11 +172,7 @@ pub(super) async fn get_grid(
         return Ok(response);
     }
     let found = rest.service.version_grid(&map, version.number).await?;
-    let raster = rest
-        .service
-        .raster(&found, bounding_box)
-        .await
-        .map_err(|error| renamed(error, "bounding_box", "bbox"))?;
+    let raster = rest.service.raster(&found, bounding_box).await?;
     let described = described(&raster, version.number, cost_revision)?;
     let disposition = disposition(&map, format)?;
     let version = version.number;

@@ -14,7 +14,7 @@ use super::openapi::{CreationProblems, ListProblems, ReadProblems};
 use super::page::Page;
 use super::problem::Refusal;
 use super::reply::{filled, ok};
-use super::request::{JsonBody, Path, Query, renamed};
+use super::request::{JsonBody, Path, Query};
 
 const CREATION: Creation = Creation { route: "POST /v1/maps", collection: "/v1/maps", id: "/id" };
 
@@ -132,10 +132,7 @@ pub(super) async fn create_map(
 ) -> Result<Response, Refusal> {
     let service = rest.service.clone();
     once(&rest, &CREATION, key, body.fingerprint, async move {
-        let v1::CreateMapResponse { map } = service
-            .create_map(body.value.into())
-            .await
-            .map_err(|error| renamed(error, "map.", ""))?;
+        let v1::CreateMapResponse { map } = service.create_map(body.value.into()).await?;
         Ok(Reply::new(StatusCode::CREATED, &Map::from(filled(map, "map")?))?)
     })
     .await

@@ -125,18 +125,6 @@ pub(super) fn only_one<T>(
     Ok(found.map(|(_, value)| value))
 }
 
-/// An operation's error with its field named as the request names it: messages wrap what stands bare in
-/// JSON, so `map.id` is `id` here.
-pub(super) fn renamed(error: Error, message_path: &str, json_path: &str) -> Error {
-    match error {
-        Error::InvalidField { field, problem } => match field.strip_prefix(message_path) {
-            Some(rest) => Error::InvalidField { field: format!("{json_path}{rest}"), problem },
-            None => Error::InvalidField { field, problem },
-        },
-        other => other,
-    }
-}
-
 /// The number of a map version in a path or query; 0 stands for the published one.
 ///
 /// # Errors
@@ -191,14 +179,6 @@ mod tests {
         for bad in ["0", "-1", "1.0", "newest", ""] {
             assert!(version_number(bad).is_err(), "`{bad}` is none");
         }
-    }
-
-    #[test]
-    fn fields_are_named_as_they_were_sent() {
-        let name = |field, from, to| renamed(Error::field(field, "empty"), from, to).to_string();
-        assert_eq!(name("map.id", "map.", ""), "id: empty", "bare");
-        assert_eq!(name("bounding_box", "bounding_box", "bbox"), "bbox: empty", "shorter");
-        assert_eq!(name("page_token", "map.", ""), "page_token: empty", "another field");
     }
 
     #[test]

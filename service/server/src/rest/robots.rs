@@ -14,7 +14,7 @@ use super::openapi::{CreationProblems, ListProblems, ReadProblems};
 use super::page::Page;
 use super::problem::Refusal;
 use super::reply::{filled, ok};
-use super::request::{JsonBody, Path, Query, renamed};
+use super::request::{JsonBody, Path, Query};
 
 const CREATION: Creation =
     Creation { route: "POST /v1/robots", collection: "/v1/robots", id: "/id" };
@@ -102,10 +102,7 @@ pub(super) async fn create_robot(
 ) -> Result<Response, Refusal> {
     let service = rest.service.clone();
     once(&rest, &CREATION, key, body.fingerprint, async move {
-        let v1::CreateRobotResponse { robot } = service
-            .create_robot(body.value.into())
-            .await
-            .map_err(|error| renamed(error, "robot.", ""))?;
+        let v1::CreateRobotResponse { robot } = service.create_robot(body.value.into()).await?;
         Ok(Reply::new(StatusCode::CREATED, &Robot::from(filled(robot, "robot")?))?)
     })
     .await
