@@ -1,0 +1,116 @@
+//! The service's operations, whichever protocol carries them: a scenario written once against
+//! [`Door`] runs over gRPC and over REST.
+
+use std::collections::BTreeMap;
+use std::future::Future;
+use std::time::Duration;
+
+use meetpoint_client::v1;
+use v1::ingest_batch_request::Kind as Upload;
+
+/// What an operation answers.
+pub(crate) type Answer<T> = Result<T, Refused>;
+
+/// An error as a program sees it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Refused {
+    /// Stable, the same over both protocols.
+    pub(crate) code: String,
+    /// For people.
+    pub(crate) message: String,
+    /// Facts for programs.
+    pub(crate) facts: BTreeMap<String, String>,
+    /// How long to wait before the same is tried again.
+    pub(crate) retry_after: Option<Duration>,
+}
+
+impl Refused {
+    pub(crate) fn fact(&self, name: &str) -> &str {
+        self.facts.get(name).map_or("", String::as_str)
+    }
+}
+
+/// A page of a list: how many rows, after which token.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Page<'a>(pub(crate) u32, pub(crate) &'a str);
+
+/// All rows that fit on the first page.
+pub(crate) const FIRST_PAGE: Page<'static> = Page(0, "");
+
+/// Rows and the token of the next page.
+pub(crate) type Rows<T> = (Vec<T>, String);
+
+/// The operations.
+pub(crate) trait Door {
+    async fn create_map(&self, id: &str, resolution_m: f64) -> Answer<v1::Map>;
+    async fn map(&self, map: &str) -> Answer<v1::Map>;
+    async fn maps(&self, page: Page<'_>) -> Answer<Rows<v1::Map>>;
+    async fn versions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::MapVersion>>;
+    /// 0 is the published one.
+    async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion>;
+    async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map>;
+    async fn grid(
+        &self,
+        map: &str,
+        version: u64,
+        bbox: Option<v1::BoundingBox>,
+    ) -> Answer<v1::Grid>;
+    async fn create_robot(&self, id: &str) -> Answer<v1::Robot>;
+    async fn robot(&self, robot: &str) -> Answer<v1::Robot>;
+    async fn robots(&self, page: Page<'_>) -> Answer<Rows<v1::Robot>>;
+    async fn open(&self, request: v1::OpenSessionRequest) -> Answer<v1::OpenSessionResponse>;
+    async fn session(&self, session: &str) -> Answer<v1::Session>;
+    async fn sessions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Session>>;
+    async fn close(&self, session: &str, epoch: u64) -> Answer<v1::Session>;
+    async fn upload(&self, session: &str, epoch: u64, upload: Upload) -> Answer<v1::Ack>;
+    /// A page of poses, and the offset of the next one.
+    async fn trajectory(&self, request: v1::GetTrajectoryRequest) -> Answer<(v1::Trajectory, u64)>;
+    async fn create_job(&self, map: &str) -> Answer<v1::Job>;
+    async fn job(&self, job: &str) -> Answer<v1::Job>;
+    async fn jobs(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Job>>;
+    async fn cancel_job(&self, job: &str) -> Answer<v1::Job>;
+}
+
+/// The refusal of an operation that is to be refused with this code.
+#[track_caller]
+pub(crate) fn refused<T: std::fmt::Debug>(answer: Answer<T>, code: &str) -> Refused {
+    let refused = answer.expect_err(code);
+    assert_eq!(refused.code, code, "{refused:?}");
+    refused
+}
+
+/// Longer than anything takes on the slowest machine: a guard against hanging for ever.
+const GUARD: Duration = Duration::from_secs(120);
+/// Between two looks.
+const LOOK_INTERVAL: Duration = Duration::from_millis(25);
+
+/// Looks until there is something.
+pub(crate) async fn eventually<T, F: Future<Output = Option<T>>>(
+    what: &str,
+    mut look: impl FnMut() -> F,
+) -> T {
+    let looking = async {
+        loop {
+            if let Some(found) = look().await {
+                return found;
+            }
+            tokio::time::sleep(LOOK_INTERVAL).await;
+        }
+    };
+    tokio::time::timeout(GUARD, looking).await.unwrap_or_else(|_| panic!("never: {what}"))
+}
+
+/// Closes a session and waits until a version holds all of it.
+pub(crate) async fn finished<D: Door>(door: &D, session: &v1::Session) -> v1::Session {
+    door.close(&session.id, session.epoch).await.expect("an open session can be closed");
+    complete(door, &session.id).await
+}
+
+/// An ended session once a version holds all of it.
+pub(crate) async fn complete<D: Door>(door: &D, session: &str) -> v1::Session {
+    eventually("a version that holds all of the session", || async {
+        let now = door.session(session).await.expect("it was opened");
+        (0 < now.complete_in_version).then_some(now)
+    })
+    .await
+}

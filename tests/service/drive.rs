@@ -1,0 +1,187 @@
+//! What robots send in the scenarios: simulated drives, and observations made by hand.
+
+use meetpoint_client::v1;
+use meetpoint_geometry::Pose;
+use meetpoint_sim::{ChaCha8Rng, Drive, Laser, Robot, Tick, hall};
+use rand::SeedableRng;
+use v1::ingest_batch_request::Kind as Upload;
+use v1::observation::Kind;
+
+use crate::door::Door;
+
+/// Name of the laser within a session.
+pub(crate) const LASER: &str = "laser";
+/// The robot's clock at the start, nanoseconds; fixed, so that every run has the same bits.
+pub(crate) const START_NS: i64 = 1_767_225_600_000_000_000;
+/// Nanoseconds in a second.
+pub(crate) const SECOND_NS: i64 = 1_000_000_000;
+
+/// A drive through the hall: 8 m by 6 m, once around.
+pub(crate) struct SimulatedDrive {
+    pub(crate) sensor: v1::Sensor,
+    pub(crate) ticks: Vec<Tick>,
+    /// The true pose at the start, in the building's frame.
+    building_from_start: Pose,
+}
+
+/// Odometry, as a robot reports it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Odometry {
+    Poses,
+    Velocities,
+}
+
+impl SimulatedDrive {
+    pub(crate) fn through_the_hall(seed: u64) -> Self {
+        let (world, robot) = (hall(), Robot::INDOOR);
+        let rng = ChaCha8Rng::seed_from_u64(seed);
+        let drive = Drive::new(&world.building, robot, &world.tours[0], START_NS, rng);
+        let drive = drive.expect("the hall's tour can be driven");
+        let building_from_start = drive.truth();
+        Self { sensor: laser(&robot.laser), building_from_start, ticks: drive.collect() }
+    }
+
+    /// Number of scans.
+    pub(crate) fn n_scans(&self) -> usize {
+        self.ticks.iter().filter(|tick| tick.scan.is_some()).count()
+    }
+
+    /// In batches of so many ticks, of which every other has a scan.
+    pub(crate) fn batches(&self, n_ticks: usize) -> Vec<v1::Batch> {
+        self.batches_with(n_ticks, Odometry::Poses)
+    }
+
+    pub(crate) fn batches_with(&self, n_ticks: usize, odometry: Odometry) -> Vec<v1::Batch> {
+        let observations: Vec<Vec<v1::Observation>> = (0..self.ticks.len())
+            .map(|index| {
+                let tick = &self.ticks[index];
+                let pose = match odometry {
+                    Odometry::Poses => odometry_pose(tick.odometry),
+                    Odometry::Velocities => velocity(tick, self.ticks.get(index + 1)),
+                };
+                let scan = tick.scan.clone().map(laser_scan);
+                let scan = scan.map(|scan| observation(tick.stamp_ns, LASER, scan));
+                std::iter::once(observation(tick.stamp_ns, "", pose)).chain(scan).collect()
+            })
+            .collect();
+        let chunks = (1..).zip(observations.chunks(n_ticks));
+        chunks.map(|(number, chunk)| v1::Batch { number, observations: chunk.concat() }).collect()
+    }
+
+    /// The mean distance of a trajectory from the truth, in metres, and of odometry alone.
+    /// The session began at the map's origin, or in a frame of its own.
+    pub(crate) fn mean_errors_m(&self, trajectory: &v1::Trajectory) -> (f64, f64) {
+        let scans: Vec<&Tick> = self.ticks.iter().filter(|tick| tick.scan.is_some()).collect();
+        assert_eq!(scans.len(), trajectory.poses.len(), "a pose a scan");
+        let (mut estimated_m, mut odometry_m) = (0.0, 0.0);
+        for (tick, pose) in scans.iter().zip(&trajectory.poses) {
+            assert_eq!(tick.stamp_ns, pose.stamp_ns, "in the order of the scans");
+            let truth = self.building_from_start.inverse() * tick.truth;
+            let v1::Pose { x_m, y_m, theta_rad } = pose.pose.expect("every pose is there");
+            estimated_m += truth.step_to(Pose::new(x_m, y_m, theta_rad)).distance_m();
+            odometry_m += truth.step_to(tick.odometry).distance_m();
+        }
+        (estimated_m / scans.len() as f64, odometry_m / scans.len() as f64)
+    }
+}
+
+/// The velocities that lead from one tick's odometry to the next one's.
+fn velocity(tick: &Tick, next: Option<&Tick>) -> Kind {
+    let Some(next) = next else {
+        return Kind::OdometryVelocity(v1::OdometryVelocity::default());
+    };
+    let seconds = (next.stamp_ns - tick.stamp_ns) as f64 / SECOND_NS as f64;
+    let step = tick.odometry.step_to(next.odometry);
+    // The chord of an arc of angle a is seen at a/2 from its beginning and is 2 sin(a/2)/a of it.
+    let half_rad = 0.5 * step.theta_rad;
+    let arc = if half_rad.abs() < 1e-9 { 1.0 } else { half_rad / half_rad.sin() };
+    let (sin, cos) = half_rad.sin_cos();
+    Kind::OdometryVelocity(v1::OdometryVelocity {
+        forward_m_per_s: arc * (cos * step.x_m + sin * step.y_m) / seconds,
+        left_m_per_s: arc * (cos * step.y_m - sin * step.x_m) / seconds,
+        turn_rad_per_s: step.theta_rad / seconds,
+    })
+}
+
+pub(crate) fn pose(pose: Pose) -> v1::Pose {
+    v1::Pose { x_m: pose.x_m, y_m: pose.y_m, theta_rad: pose.theta_rad }
+}
+
+pub(crate) fn odometry_pose(odometry_from_robot: Pose) -> Kind {
+    Kind::OdometryPose(v1::OdometryPose { odometry_from_robot: Some(pose(odometry_from_robot)) })
+}
+
+pub(crate) fn laser_scan(ranges_m: Vec<f32>) -> Kind {
+    Kind::LaserScan(v1::LaserScan { ranges_m, intensities: Vec::new() })
+}
+
+pub(crate) fn observation(stamp_ns: i64, sensor_id: &str, kind: Kind) -> v1::Observation {
+    let sensor_id = sensor_id.to_owned();
+    v1::Observation { stamp_ns, monotonic_ns: None, sensor_id, kind: Some(kind) }
+}
+
+/// A batch with a mark: the smallest that says something. Marks carry `label`.
+pub(crate) fn mark(number: u64, label: &str) -> v1::Batch {
+    let stamp_ns = START_NS + SECOND_NS * i64::try_from(number).expect("a small number");
+    let kind = Kind::Mark(v1::Mark { label: label.to_owned() });
+    v1::Batch { number, observations: vec![observation(stamp_ns, "", kind)] }
+}
+
+/// The simulated laser as a session declares it.
+fn laser(laser: &Laser) -> v1::Sensor {
+    let geometry = v1::LaserGeometry {
+        angle_min_rad: laser.angle_min_rad,
+        angle_increment_rad: laser.angle_increment_rad,
+        n_beams: laser.n_beams,
+        range_min_m: laser.range_min_m,
+        range_max_m: laser.range_max_m,
+    };
+    v1::Sensor {
+        id: LASER.to_owned(),
+        robot_from_sensor: Some(pose(laser.robot_from_laser)),
+        kind: Some(v1::sensor::Kind::Laser(geometry)),
+    }
+}
+
+/// A session that begins at the map's origin.
+pub(crate) fn opening(map: &str, robot: &str, sensors: &[v1::Sensor]) -> v1::OpenSessionRequest {
+    v1::OpenSessionRequest {
+        map: map.to_owned(),
+        robot: robot.to_owned(),
+        client_key: format!("{robot} on {map}"),
+        epoch: 1,
+        start: None,
+        sensors: sensors.to_vec(),
+        delivery: v1::Delivery::Complete.into(),
+    }
+}
+
+/// Opens a session that has to be new or resumed without complaint.
+pub(crate) async fn opened<D: Door>(door: &D, request: v1::OpenSessionRequest) -> v1::Session {
+    let reply = door.open(request).await.expect("a good request");
+    reply.session.expect("a session")
+}
+
+/// Makes a map, opens a session with a laser and sends batches, one after the other.
+pub(crate) async fn driven<D: Door>(
+    door: &D,
+    map: &str,
+    drive: &SimulatedDrive,
+    batches: &[v1::Batch],
+) -> v1::Session {
+    door.create_map(map, 0.05).await.expect("a new map");
+    let request = opening(map, "rover", std::slice::from_ref(&drive.sensor));
+    let session = opened(door, request).await;
+    send(door, &session, batches).await;
+    session
+}
+
+/// Sends batches, one after the other, none of which is to be refused or have rejections.
+pub(crate) async fn send<D: Door>(door: &D, session: &v1::Session, batches: &[v1::Batch]) {
+    for batch in batches {
+        let ack = door.upload(&session.id, session.epoch, Upload::Batch(batch.clone())).await;
+        let ack = ack.expect("a good batch");
+        assert_eq!(ack.acked_through, batch.number, "cumulative");
+        assert_eq!(ack.rejected, [], "nothing is wrong with it");
+    }
+}

@@ -1,0 +1,183 @@
+//! The operations over gRPC, by the generated stubs.
+
+use meetpoint_client::v1;
+use tonic::Status;
+use tonic::transport::Channel;
+use tonic_types::StatusExt;
+use v1::grid_service_client::GridServiceClient;
+use v1::ingest_batch_request::Kind as Upload;
+use v1::job_service_client::JobServiceClient;
+use v1::map_service_client::MapServiceClient;
+use v1::robot_service_client::RobotServiceClient;
+use v1::session_service_client::SessionServiceClient;
+
+use crate::door::{Answer, Door, Page, Refused, Rows};
+
+/// The largest answer taken: a grid.
+const ANSWER_BYTES_MAX: usize = 64 << 20;
+
+/// The service's gRPC side.
+#[derive(Clone, Debug)]
+pub(crate) struct GrpcDoor {
+    pub(crate) maps: MapServiceClient<Channel>,
+    pub(crate) robots: RobotServiceClient<Channel>,
+    pub(crate) sessions: SessionServiceClient<Channel>,
+    pub(crate) grids: GridServiceClient<Channel>,
+    pub(crate) jobs: JobServiceClient<Channel>,
+}
+
+impl GrpcDoor {
+    pub(crate) fn new(channel: Channel) -> Self {
+        Self {
+            maps: MapServiceClient::new(channel.clone()),
+            robots: RobotServiceClient::new(channel.clone()),
+            sessions: SessionServiceClient::new(channel.clone())
+                .max_decoding_message_size(ANSWER_BYTES_MAX),
+            grids: GridServiceClient::new(channel.clone())
+                .max_decoding_message_size(ANSWER_BYTES_MAX),
+            jobs: JobServiceClient::new(channel),
+        }
+    }
+}
+
+impl From<Status> for Refused {
+    fn from(status: Status) -> Self {
+        let details = status.get_error_details();
+        let info = details.error_info().unwrap_or_else(|| panic!("no ErrorInfo in {status:?}"));
+        assert_eq!(info.domain, "meetpoint", "whose code it is");
+        Self {
+            code: info.reason.clone(),
+            message: status.message().to_owned(),
+            facts: info.metadata.clone().into_iter().collect(),
+            retry_after: details.retry_info().and_then(|retry| retry.retry_delay),
+        }
+    }
+}
+
+fn filled<T>(part: Option<T>) -> T {
+    part.expect("answers hold what the contract promises")
+}
+
+impl Door for GrpcDoor {
+    async fn create_map(&self, id: &str, resolution_m: f64) -> Answer<v1::Map> {
+        let map = v1::Map { id: id.to_owned(), resolution_m, ..v1::Map::default() };
+        let request = v1::CreateMapRequest { map: Some(map) };
+        Ok(filled(self.maps.clone().create_map(request).await?.into_inner().map))
+    }
+
+    async fn map(&self, map: &str) -> Answer<v1::Map> {
+        let request = v1::GetMapRequest { map: map.to_owned() };
+        Ok(filled(self.maps.clone().get_map(request).await?.into_inner().map))
+    }
+
+    async fn maps(&self, Page(page_size, token): Page<'_>) -> Answer<Rows<v1::Map>> {
+        let request = v1::ListMapsRequest { page_size, page_token: token.to_owned() };
+        let reply = self.maps.clone().list_maps(request).await?.into_inner();
+        Ok((reply.maps, reply.next_page_token))
+    }
+
+    async fn versions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::MapVersion>> {
+        let Page(page_size, token) = page;
+        let (map, page_token) = (map.to_owned(), token.to_owned());
+        let request = v1::ListMapVersionsRequest { map, page_size, page_token };
+        let reply = self.maps.clone().list_map_versions(request).await?.into_inner();
+        Ok((reply.versions, reply.next_page_token))
+    }
+
+    async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion> {
+        let request = v1::GetMapVersionRequest { map: map.to_owned(), number };
+        Ok(filled(self.maps.clone().get_map_version(request).await?.into_inner().version))
+    }
+
+    async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map> {
+        let request = v1::PublishMapVersionRequest { map: map.to_owned(), number };
+        Ok(filled(self.maps.clone().publish_map_version(request).await?.into_inner().map))
+    }
+
+    async fn grid(
+        &self,
+        map: &str,
+        version: u64,
+        bounding_box: Option<v1::BoundingBox>,
+    ) -> Answer<v1::Grid> {
+        let request = v1::GetGridRequest { map: map.to_owned(), version, bounding_box };
+        Ok(filled(self.grids.clone().get_grid(request).await?.into_inner().grid))
+    }
+
+    async fn create_robot(&self, id: &str) -> Answer<v1::Robot> {
+        let robot = v1::Robot { id: id.to_owned(), ..v1::Robot::default() };
+        let request = v1::CreateRobotRequest { robot: Some(robot) };
+        Ok(filled(self.robots.clone().create_robot(request).await?.into_inner().robot))
+    }
+
+    async fn robot(&self, robot: &str) -> Answer<v1::Robot> {
+        let request = v1::GetRobotRequest { robot: robot.to_owned() };
+        Ok(filled(self.robots.clone().get_robot(request).await?.into_inner().robot))
+    }
+
+    async fn robots(&self, Page(page_size, token): Page<'_>) -> Answer<Rows<v1::Robot>> {
+        let request = v1::ListRobotsRequest { page_size, page_token: token.to_owned() };
+        let reply = self.robots.clone().list_robots(request).await?.into_inner();
+        Ok((reply.robots, reply.next_page_token))
+    }
+
+    async fn open(&self, request: v1::OpenSessionRequest) -> Answer<v1::OpenSessionResponse> {
+        Ok(self.sessions.clone().open_session(request).await?.into_inner())
+    }
+
+    async fn session(&self, session: &str) -> Answer<v1::Session> {
+        let request = v1::GetSessionRequest { session: session.to_owned() };
+        Ok(filled(self.sessions.clone().get_session(request).await?.into_inner().session))
+    }
+
+    async fn sessions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Session>> {
+        let Page(page_size, token) = page;
+        let request = v1::ListSessionsRequest {
+            map: map.to_owned(),
+            robot: String::new(),
+            page_size,
+            page_token: token.to_owned(),
+        };
+        let reply = self.sessions.clone().list_sessions(request).await?.into_inner();
+        Ok((reply.sessions, reply.next_page_token))
+    }
+
+    async fn close(&self, session: &str, epoch: u64) -> Answer<v1::Session> {
+        let request = v1::CloseSessionRequest { session: session.to_owned(), epoch };
+        Ok(filled(self.sessions.clone().close_session(request).await?.into_inner().session))
+    }
+
+    async fn upload(&self, session: &str, epoch: u64, upload: Upload) -> Answer<v1::Ack> {
+        let (session, kind) = (session.to_owned(), Some(upload));
+        let request = v1::IngestBatchRequest { session, epoch, kind };
+        Ok(filled(self.sessions.clone().ingest_batch(request).await?.into_inner().ack))
+    }
+
+    async fn trajectory(&self, request: v1::GetTrajectoryRequest) -> Answer<(v1::Trajectory, u64)> {
+        let reply = self.sessions.clone().get_trajectory(request).await?.into_inner();
+        Ok((filled(reply.trajectory), reply.next_offset))
+    }
+
+    async fn create_job(&self, map: &str) -> Answer<v1::Job> {
+        let request =
+            v1::CreateJobRequest { map: map.to_owned(), kind: v1::JobKind::Rebuild.into() };
+        Ok(filled(self.jobs.clone().create_job(request).await?.into_inner().job))
+    }
+
+    async fn job(&self, job: &str) -> Answer<v1::Job> {
+        let request = v1::GetJobRequest { job: job.to_owned() };
+        Ok(filled(self.jobs.clone().get_job(request).await?.into_inner().job))
+    }
+
+    async fn jobs(&self, map: &str, Page(page_size, token): Page<'_>) -> Answer<Rows<v1::Job>> {
+        let (map, page_token) = (map.to_owned(), token.to_owned());
+        let request = v1::ListJobsRequest { map, page_size, page_token };
+        let reply = self.jobs.clone().list_jobs(request).await?.into_inner();
+        Ok((reply.jobs, reply.next_page_token))
+    }
+
+    async fn cancel_job(&self, job: &str) -> Answer<v1::Job> {
+        let request = v1::CancelJobRequest { job: job.to_owned() };
+        Ok(filled(self.jobs.clone().cancel_job(request).await?.into_inner().job))
+    }
+}

@@ -1,0 +1,25 @@
+//! The service as seen from outside: the real binary on a free port, asked over gRPC and REST.
+//!
+//! A scenario that both protocols can tell is written once against [`door::Door`] and run over
+//! both. Nothing here is timed: what takes a while is looked at until it is there.
+
+mod door;
+mod drive;
+mod from_json;
+mod grpc_door;
+mod http;
+mod kept;
+mod rest_door;
+mod running;
+mod to_json;
+
+mod contract;
+mod crash;
+mod growing;
+mod maps;
+mod operation;
+mod rejections;
+mod sessions;
+mod storage_faults;
+mod stream;
+mod watching;

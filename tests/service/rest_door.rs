@@ -1,0 +1,182 @@
+//! The operations over REST, by JSON.
+
+use std::time::Duration;
+
+use meetpoint_client::v1;
+use serde_json::{Value, json};
+use v1::ingest_batch_request::Kind as Upload;
+
+use crate::door::{Answer, Door, Page, Refused, Rows};
+use crate::from_json;
+use crate::http::{Http, Reply};
+use crate::to_json;
+
+/// The service's REST side.
+#[derive(Clone, Debug)]
+pub(crate) struct RestDoor(Http);
+
+impl RestDoor {
+    pub(crate) fn new(http: Http) -> Self {
+        Self(http)
+    }
+
+    fn get(&self, path: &str) -> Answer<Value> {
+        answer(&self.0.get(path), &[200])
+    }
+
+    /// Something that is made, with one of these statuses.
+    fn post(&self, path: &str, body: &Value, statuses: &[u16]) -> Answer<Value> {
+        answer(&self.0.post(path, body), statuses)
+    }
+}
+
+fn answer(reply: &Reply, statuses: &[u16]) -> Answer<Value> {
+    if reply.status < 400 {
+        assert!(statuses.contains(&reply.status), "{} {}", reply.status, reply.text());
+        return Ok(reply.json());
+    }
+    let problem = reply.problem();
+    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    let own = ["type", "title", "status", "detail", "instance", "code", "request_id"];
+    let members = problem.as_object().into_iter().flatten();
+    let facts = members.filter(|(name, _)| !own.contains(&name.as_str()));
+    Err(Refused {
+        code: text(&problem["code"]),
+        message: text(&problem["detail"]),
+        facts: facts.map(|(name, value)| (name.clone(), text(value))).collect(),
+        retry_after: reply.header("retry-after").parse().ok().map(Duration::from_secs),
+    })
+}
+
+/// `?page_size=..&page_token=..`
+fn paged(Page(page_size, token): Page<'_>) -> String {
+    format!("page_size={page_size}&page_token={token}")
+}
+
+fn rows<T>(body: &Value, name: &str, row: impl FnMut(&Value) -> T) -> Rows<T> {
+    let list = body[name].as_array().unwrap_or_else(|| panic!("no `{name}` in {body}"));
+    (list.iter().map(row).collect(), from_json::text(&body["next_page_token"]))
+}
+
+/// `latest` for 0, as REST calls the published version.
+fn version_name(number: u64) -> String {
+    if number == 0 { "latest".to_owned() } else { number.to_string() }
+}
+
+impl Door for RestDoor {
+    async fn create_map(&self, id: &str, resolution_m: f64) -> Answer<v1::Map> {
+        let body = json!({"id": id, "resolution_m": resolution_m});
+        Ok(from_json::map(&self.post("/v1/maps", &body, &[201])?))
+    }
+
+    async fn map(&self, map: &str) -> Answer<v1::Map> {
+        Ok(from_json::map(&self.get(&format!("/v1/maps/{map}"))?))
+    }
+
+    async fn maps(&self, page: Page<'_>) -> Answer<Rows<v1::Map>> {
+        let body = self.get(&format!("/v1/maps?{}", paged(page)))?;
+        Ok(rows(&body, "maps", from_json::map))
+    }
+
+    async fn versions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::MapVersion>> {
+        let body = self.get(&format!("/v1/maps/{map}/versions?{}", paged(page)))?;
+        Ok(rows(&body, "versions", from_json::version))
+    }
+
+    async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion> {
+        let version = version_name(number);
+        Ok(from_json::version(&self.get(&format!("/v1/maps/{map}/versions/{version}"))?))
+    }
+
+    async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map> {
+        let path = format!("/v1/maps/{map}/versions/{number}/publish");
+        Ok(from_json::map(&answer(&self.0.post_with(&path, &[], b""), &[200])?))
+    }
+
+    async fn grid(
+        &self,
+        map: &str,
+        version: u64,
+        bbox: Option<v1::BoundingBox>,
+    ) -> Answer<v1::Grid> {
+        let version = version_name(version);
+        let corners = bbox.map_or_else(String::new, |bbox| {
+            let v1::BoundingBox { min_x_m, min_y_m, max_x_m, max_y_m } = bbox;
+            format!("&bbox={min_x_m},{min_y_m},{max_x_m},{max_y_m}")
+        });
+        let path = format!("/v1/maps/{map}/grid?format=json&version={version}{corners}");
+        Ok(from_json::grid(&self.get(&path)?))
+    }
+
+    async fn create_robot(&self, id: &str) -> Answer<v1::Robot> {
+        Ok(from_json::robot(&self.post("/v1/robots", &json!({"id": id}), &[201])?))
+    }
+
+    async fn robot(&self, robot: &str) -> Answer<v1::Robot> {
+        Ok(from_json::robot(&self.get(&format!("/v1/robots/{robot}"))?))
+    }
+
+    async fn robots(&self, page: Page<'_>) -> Answer<Rows<v1::Robot>> {
+        let body = self.get(&format!("/v1/robots?{}", paged(page)))?;
+        Ok(rows(&body, "robots", from_json::robot))
+    }
+
+    async fn open(&self, request: v1::OpenSessionRequest) -> Answer<v1::OpenSessionResponse> {
+        let body = self.post("/v1/sessions", &to_json::opening(&request), &[201, 200])?;
+        Ok(from_json::opened(&body))
+    }
+
+    async fn session(&self, session: &str) -> Answer<v1::Session> {
+        Ok(from_json::session(&self.get(&format!("/v1/sessions/{session}"))?))
+    }
+
+    async fn sessions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Session>> {
+        let body = self.get(&format!("/v1/sessions?map={map}&{}", paged(page)))?;
+        Ok(rows(&body, "sessions", from_json::session))
+    }
+
+    async fn close(&self, session: &str, epoch: u64) -> Answer<v1::Session> {
+        let path = format!("/v1/sessions/{session}/close");
+        Ok(from_json::session(&self.post(&path, &json!({"epoch": epoch}), &[200])?))
+    }
+
+    async fn upload(&self, session: &str, epoch: u64, upload: Upload) -> Answer<v1::Ack> {
+        let path = format!("/v1/sessions/{session}/batches");
+        let body = match upload {
+            Upload::Batch(batch) => json!({"epoch": epoch, "batch": to_json::batch(&batch)}),
+            Upload::Skip(v1::Skip { from, through, reason }) => {
+                json!({"epoch": epoch,
+                    "skip": {"from": from, "through": through, "reason": reason}})
+            }
+        };
+        Ok(from_json::ack(&self.post(&path, &body, &[200])?))
+    }
+
+    async fn trajectory(&self, request: v1::GetTrajectoryRequest) -> Answer<(v1::Trajectory, u64)> {
+        let v1::GetTrajectoryRequest { session, version, frame, offset, page_size } = request;
+        let version = version_name(version);
+        let page = format!("offset={offset}&page_size={page_size}");
+        let query = format!("version={version}&frame={frame}&{page}");
+        let body = self.get(&format!("/v1/sessions/{session}/trajectory?{query}"))?;
+        Ok((from_json::trajectory(&body), from_json::unsigned(&body["next_offset"])))
+    }
+
+    async fn create_job(&self, map: &str) -> Answer<v1::Job> {
+        let body = json!({"map": map, "kind": "REBUILD"});
+        Ok(from_json::job(&self.post("/v1/jobs", &body, &[202])?))
+    }
+
+    async fn job(&self, job: &str) -> Answer<v1::Job> {
+        Ok(from_json::job(&self.get(&format!("/v1/jobs/{job}"))?))
+    }
+
+    async fn jobs(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Job>> {
+        let body = self.get(&format!("/v1/jobs?map={map}&{}", paged(page)))?;
+        Ok(rows(&body, "jobs", from_json::job))
+    }
+
+    async fn cancel_job(&self, job: &str) -> Answer<v1::Job> {
+        let path = format!("/v1/jobs/{job}/cancel");
+        Ok(from_json::job(&answer(&self.0.post_with(&path, &[], b""), &[200])?))
+    }
+}

@@ -1,0 +1,1 @@
+//! The repository as the style asks for it.
