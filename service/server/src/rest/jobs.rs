@@ -210,8 +210,8 @@ pub(crate) struct JobList {
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Path)]
 pub(crate) struct JobPath {
-    /// Id of the job, a UUID.
-    #[param(example = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11")]
+    /// Id of the job.
+    #[param(format = "uuid", example = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11")]
     job: String,
 }
 

@@ -84,7 +84,7 @@ pub(crate) struct NewMap {
     display_name: String,
     /// Edge of a cell in metres, 0.01 to 0.5; 0 or absent for the default of 0.05.
     #[serde(default)]
-    #[schema(example = 0.05)]
+    #[schema(minimum = 0.0, maximum = 0.5, example = 0.05)]
     resolution_m: f64,
 }
 

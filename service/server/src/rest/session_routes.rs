@@ -23,8 +23,8 @@ const CREATION: Creation =
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Path)]
 pub(crate) struct SessionPath {
-    /// Id of the session, a UUID.
-    #[param(example = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11")]
+    /// Id of the session.
+    #[param(format = "uuid", example = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11")]
     pub(super) session: String,
 }
 
