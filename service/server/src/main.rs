@@ -31,8 +31,26 @@ enum Command {
     Rebuild(commands::rebuild::RebuildArgs),
 }
 
+/// What `println!` says when whoever read our output has gone away.
+const NO_READER: &str = "failed printing to stdout";
+/// Exit status of a program that a broken pipe ended, as shells show it.
+const BROKEN_PIPE_STATUS: i32 = 141;
+
+/// `meetpoint demo | head` ends quietly, as other programs do.
+fn end_quietly_without_reader() {
+    let usual = std::panic::take_hook();
+    std::panic::set_hook(Box::new(move |panic| {
+        let said = panic.payload_as_str();
+        if said.is_some_and(|text| text.starts_with(NO_READER)) {
+            std::process::exit(BROKEN_PIPE_STATUS);
+        }
+        usual(panic);
+    }));
+}
+
 #[tokio::main]
 async fn main() -> ExitCode {
+    end_quietly_without_reader();
     let done = match Arguments::parse().command {
         Command::Demo(args) => demo::run(args).await,
         Command::Serve(args) => commands::serve::run(args).await,
