@@ -12,3 +12,4 @@ pub(crate) mod sensor;
 pub(crate) mod session;
 pub(crate) mod slug;
 pub(crate) mod trajectory;
+pub(crate) mod tum;

@@ -45,6 +45,7 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use crate::service::Service;
+pub(crate) use trajectories::Trajectory;
 
 /// Answers that draw a grid at the same time; more wait. A grid of the largest size takes some 200 MB
 /// while it is drawn.

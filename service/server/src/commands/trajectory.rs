@@ -1,15 +1,12 @@
 //! `meetpoint trajectory`: where a robot was.
 
-use std::fmt::Write;
 use std::path::PathBuf;
 
 use anyhow::Context;
 use meetpoint_proto::v1;
 
 use super::asked::{ServerArgs, save};
-
-/// Nanoseconds in a second.
-const NS_PER_S: i64 = 1_000_000_000;
+use crate::{convert::tum, rest};
 
 /// Options of `meetpoint trajectory`.
 #[derive(Debug, clap::Args)]
@@ -39,7 +36,7 @@ pub struct TrajectoryArgs {
 enum Format {
     /// Lines of `t x y z qx qy qz qw`: seconds, metres
     Tum,
-    /// One JSON document
+    /// One JSON document, as REST gives it
     Json,
 }
 
@@ -60,69 +57,14 @@ pub async fn run(args: TrajectoryArgs) -> anyhow::Result<()> {
         (_, session) => session.to_owned(),
     };
     let trajectory = client.trajectory(&session, args.version, &args.frame).await?;
-    let text = match args.format {
-        Format::Tum => tum(&trajectory),
-        Format::Json => json(&trajectory),
-    };
-    save(&args.output, text.as_bytes())?;
+    let v1::Trajectory { map, map_version, reference_frame, frame, poses, .. } = &trajectory;
     eprintln!(
-        "{} poses of {} in the frame of the {}, map {} version {}",
-        trajectory.poses.len(),
-        trajectory.frame,
-        trajectory.reference_frame,
-        trajectory.map,
-        trajectory.map_version,
+        "{} poses of {frame} in the frame of the {reference_frame}, map {map} version {map_version}",
+        poses.len(),
     );
-    Ok(())
-}
-
-/// TUM's format: `t x y z qx qy qz qw`, the time in seconds with all nine decimals.
-pub(crate) fn tum(trajectory: &v1::Trajectory) -> String {
-    let mut text = String::new();
-    for v1::TrajectoryPose { stamp_ns, sensor_id: _, pose, lost: _ } in &trajectory.poses {
-        let v1::Pose { x_m, y_m, theta_rad } = pose.unwrap_or_default();
-        let (sin, cos) = (0.5 * theta_rad).sin_cos();
-        let (seconds, rest_ns) = (stamp_ns.div_euclid(NS_PER_S), stamp_ns.rem_euclid(NS_PER_S));
-        // Writing to a string cannot fail.
-        let _ = writeln!(text, "{seconds}.{rest_ns:09} {x_m} {y_m} 0 0 0 {sin} {cos}");
-    }
-    text
-}
-
-fn json(trajectory: &v1::Trajectory) -> String {
-    let pose = |v1::TrajectoryPose { stamp_ns, sensor_id, pose, lost }: &v1::TrajectoryPose| {
-        let v1::Pose { x_m, y_m, theta_rad } = pose.unwrap_or_default();
-        let stamp_ns = stamp_ns.to_string();
-        serde_json::json!({
-            "stamp_ns": stamp_ns, "sensor_id": sensor_id,
-            "x_m": x_m, "y_m": y_m, "theta_rad": theta_rad, "lost": lost,
-        })
+    let text = match args.format {
+        Format::Tum => tum::lines(poses),
+        Format::Json => serde_json::to_string(&rest::Trajectory::new(trajectory, 0))? + "\n",
     };
-    let poses: Vec<_> = trajectory.poses.iter().map(pose).collect();
-    let document = serde_json::json!({
-        "session": trajectory.session,
-        "map": trajectory.map,
-        "map_version": trajectory.map_version,
-        "reference_frame": trajectory.reference_frame,
-        "frame": trajectory.frame,
-        "poses": poses,
-    });
-    format!("{document}\n")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn tum_keeps_every_nanosecond() {
-        let pose = v1::TrajectoryPose {
-            stamp_ns: 976_052_857_337_530_001,
-            sensor_id: "laser".into(),
-            pose: Some(v1::Pose { x_m: 1.5, y_m: -2.0, theta_rad: 0.0 }),
-            lost: false,
-        };
-        let trajectory = v1::Trajectory { poses: vec![pose], ..v1::Trajectory::default() };
-        assert_eq!(tum(&trajectory), "976052857.337530001 1.5 -2 0 0 0 0 1\n", "exact");
-    }
+    save(&args.output, text.as_bytes())
 }

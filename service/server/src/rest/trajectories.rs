@@ -41,7 +41,8 @@ pub(crate) struct Trajectory {
 }
 
 impl Trajectory {
-    fn new(wire: v1::Trajectory, next_offset: u64) -> Self {
+    /// A trajectory, or the part of it before `next_offset` (0 at the end).
+    pub(crate) fn new(wire: v1::Trajectory, next_offset: u64) -> Self {
         let v1::Trajectory { session, map, map_version, reference_frame, frame, origin, poses } =
             wire;
         Self {
