@@ -194,10 +194,8 @@ async fn both_doors_say_the_same(service: &Running, session: &str) {
     let (grpc, rest) = (service.grpc(), service.rest());
     assert_eq!(grpc.map("hall").await, rest.map("hall").await, "the map");
     assert!(grpc.grid("hall", 0, None).await == rest.grid("hall", 0, None).await, "the grid");
-    let without_sensors = v1::Session {
-        sensors: Vec::new(),
-        ..grpc.session(session).await.expect("it was opened")
-    };
+    let without_sensors =
+        v1::Session { sensors: Vec::new(), ..grpc.session(session).await.expect("it was opened") };
     assert_eq!(Ok(without_sensors), rest.session(session).await, "the session");
     let paths = [trajectory(&grpc, session, "").await, trajectory(&rest, session, "").await];
     assert!(paths[0] == paths[1], "the trajectory, to the last bit");
@@ -220,7 +218,11 @@ fn pictures(http: &Http) {
     assert_eq!(png.header("content-type"), "image/png", "by its type");
     assert_eq!(&png.body[..8], b"\x89PNG\r\n\x1a\n", "by its signature");
     let side = |at: usize| u32::from_be_bytes(png.body[at..at + 4].try_into().expect("4 bytes"));
-    assert_eq!((side(16).to_string(), side(20).to_string()), (width.clone(), height.clone()), "IHDR");
+    assert_eq!(
+        (side(16).to_string(), side(20).to_string()),
+        (width.clone(), height.clone()),
+        "IHDR"
+    );
     for (name, value) in [
         ("meetpoint-map-version", &json["map_version"]),
         ("meetpoint-cost-revision", &json["cost_revision"]),

@@ -19,6 +19,7 @@ mod growing;
 mod maps;
 mod operation;
 mod rejections;
+mod replay;
 mod sessions;
 mod storage_faults;
 mod stream;

@@ -136,7 +136,11 @@ async fn problems() {
     is(http.post_with("/v1/maps", &json, b"{"), 400, "MALFORMED_JSON");
     is(http.post_with("/v1/maps", &json, b"\xff\xfe"), 400, "MALFORMED_JSON");
     is(http.post_with("/v1/maps", &json, b""), 400, "MALFORMED_JSON");
-    is(http.post_with("/v1/maps", &[("content-type", "text/xml")], b"<a/>"), 415, "UNSUPPORTED_MEDIA_TYPE");
+    is(
+        http.post_with("/v1/maps", &[("content-type", "text/xml")], b"<a/>"),
+        415,
+        "UNSUPPORTED_MEDIA_TYPE",
+    );
     is(http.post("/v1/maps", &json!({"id": 7})), 400, "INVALID_FIELD");
     is(http.post("/v1/maps", &json!({"id": "a", "colour": "red"})), 400, "INVALID_FIELD");
     let large = json!({"id": "x".repeat(5 << 20)});
@@ -155,7 +159,12 @@ fn idempotency(http: &Http) {
         http.post_with("/v1/maps", &headers, json!({"id": id}).to_string().as_bytes())
     };
     let first = with_key("k1", "once");
-    assert_eq!((first.status, first.header("location")), (201, "/v1/maps/once"), "{}", first.text());
+    assert_eq!(
+        (first.status, first.header("location")),
+        (201, "/v1/maps/once"),
+        "{}",
+        first.text()
+    );
     let again = with_key("k1", "once");
     assert_eq!((again.status, &again.body), (201, &first.body), "the first reply again");
     assert_eq!(again.header("idempotency-replayed"), "true", "and it says so");

@@ -77,10 +77,8 @@ fn velocity(forward_m_per_s: f64) -> Kind {
 fn judged() -> Vec<(v1::Observation, &'static str)> {
     let empty = v1::Observation { stamp_ns: START_NS, ..Default::default() };
     let far = Pose::new(1e9, 0.0, 0.0);
-    let with_intensities = Kind::LaserScan(v1::LaserScan {
-        ranges_m: vec![1.0; N_BEAMS],
-        intensities: vec![1.0; 3],
-    });
+    let with_intensities =
+        Kind::LaserScan(v1::LaserScan { ranges_m: vec![1.0; N_BEAMS], intensities: vec![1.0; 3] });
     let negative = observation(-1, "", mark("before 1970"));
     let mixed = [f32::NAN, f32::INFINITY, -3.0, 0.0, 2.0];
     vec![
@@ -174,8 +172,7 @@ async fn each_is_judged<D: Door>(
 async fn the_rest_is_mapped<D: Door>(door: &D, session: &v1::Session, rejected: u64, scans: u64) {
     let session = finished(door, session).await;
     assert_eq!((session.rejected, session.scans), (rejected, scans), "counted once: {session:?}");
-    let request =
-        v1::GetTrajectoryRequest { session: session.id.clone(), ..Default::default() };
+    let request = v1::GetTrajectoryRequest { session: session.id.clone(), ..Default::default() };
     let (trajectory, _) = door.trajectory(request).await.expect("it is mapped");
     let scans_posed = trajectory.poses.iter().filter(|pose| pose.sensor_id == "laser").count();
     assert_eq!(scans_posed as u64, scans, "a pose for every scan that is usable");

@@ -14,8 +14,8 @@ async fn whole_trajectory<D: Door>(door: &D, session: &str) -> v1::Trajectory {
 async fn two_robots<D: Door + Clone + Send + Sync + 'static>(grpc: &D) {
     grpc.create_map("hall", 0.05).await.expect("a new map");
     let drives = [1, 2].map(SimulatedDrive::through_the_hall);
-    let [a, b] = ["a", "b"]
-        .map(|robot| opening("hall", robot, std::slice::from_ref(&drives[0].sensor)));
+    let [a, b] =
+        ["a", "b"].map(|robot| opening("hall", robot, std::slice::from_ref(&drives[0].sensor)));
     let (a, b) = (opened(grpc, a).await, opened(grpc, b).await);
     let [first, second] = [0, 1].map(|index| drives[index].batches(20));
     tokio::join!(send(grpc, &a, &first), send(grpc, &b, &second));
@@ -82,8 +82,7 @@ async fn a_restart_in_the_middle() {
     service.stop();
     let service = Launch::at(data.path()).start();
     let door = service.rest();
-    let again =
-        door.open(opening("hall", "rover", std::slice::from_ref(&drive.sensor))).await;
+    let again = door.open(opening("hall", "rover", std::slice::from_ref(&drive.sensor))).await;
     let again = again.expect("the same again");
     assert!(again.resumed, "it was there before");
     let found = again.session.expect("a session");

@@ -12,6 +12,7 @@ use v1::ingest_batch_request::Kind as Upload;
 
 use crate::door::{Answer, Door, Refused, eventually, finished, refused};
 use crate::drive::{SimulatedDrive, driven, mark, opened, opening, send};
+use crate::http::Http;
 use crate::running::{Launch, empty_folder};
 
 /// Tells whoever runs the tests that something was not tested.
@@ -81,6 +82,14 @@ async fn until_refused<D: Door>(door: &D, session: &v1::Session, from: u64) -> (
     panic!("a disk of 12 MB took 100 MB")
 }
 
+/// Batches cannot be kept, and whoever asks for readiness is told.
+fn assert_not_ready(http: &Http) {
+    let reply = http.get("/readyz");
+    let problem = reply.problem();
+    assert_eq!((reply.status, &problem["code"]), (503, &"NOT_READY".into()), "{problem}");
+    assert_eq!(problem["check"], "journal", "what failed is named: {problem}");
+}
+
 #[tokio::test(flavor = "multi_thread")]
 async fn disk_full() {
     let Some(disk) = SmallDisk::mounted() else { return };
@@ -99,6 +108,7 @@ async fn disk_full() {
     let over_rest = refused(sent(&rest, &session, acked + 1).await, "STORAGE_FULL");
     assert!(over_rest.retry_after.is_some(), "when to try again is told: {over_rest:?}");
     assert_eq!(service.http().get("/healthz").status, 200, "the process is up");
+    assert_not_ready(&service.http());
     assert!(service.log().contains("disk is full"), "the operator is told: {}", service.log());
     let now = grpc.session(&session.id).await.expect("it still reads");
     assert_eq!(now.acked_through, acked, "nothing half applied");
@@ -108,6 +118,7 @@ async fn disk_full() {
         sent(&grpc, &session, acked + 1).await.ok()
     })
     .await;
+    assert_eq!(service.http().get("/readyz").status, 200, "all is well again");
     service.kill();
     let service = launch.start();
     let found = service.grpc().session(&session.id).await.expect("it was opened");
@@ -171,6 +182,7 @@ async fn database_locked() {
     let busy = refused(rest.upload(&session.id, session.epoch, upload()).await, "STORAGE_BUSY");
     assert!(busy.retry_after.is_some(), "when to try again is told: {busy:?}");
     refused(grpc.create_map("other", 0.05).await, "STORAGE_BUSY");
+    assert_not_ready(&service.http());
     let found = grpc.session(&session.id).await.expect("reading goes on");
     assert_eq!(found.acked_through, 1, "nothing half applied");
     drop(lock);

@@ -42,11 +42,13 @@ impl Stream {
         self.send(Up::Attach(attach)).await;
     }
 
-    /// The next answer but corrections, which come when they come.
+    /// The next answer but corrections and flow control, which come when they come.
     async fn answer(&mut self) -> Result<Option<Down>, Refused> {
         loop {
             match self.down.message().await? {
-                Some(v1::IngestResponse { kind: Some(Down::Correction(_)) }) => {}
+                Some(v1::IngestResponse {
+                    kind: Some(Down::Correction(_) | Down::FlowControl(_)),
+                }) => {}
                 other => return Ok(other.and_then(|response| response.kind)),
             }
         }
