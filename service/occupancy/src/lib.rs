@@ -3,6 +3,7 @@
 mod beam;
 mod grid;
 mod image;
+mod map_tile;
 mod raster;
 mod ray;
 mod scan_marks;
@@ -14,6 +15,7 @@ pub use image::{
     InvalidImage, InvalidYaml, MapMode, MapServerGrid, MapYaml, Picture, cells_from_picture, npy,
     pgm, png, read_pgm, read_png, read_yaml, terminal, yaml,
 };
+pub use map_tile::{MAP_TILE_LEVEL_MAX, MAP_TILE_PIXELS, map_tile};
 pub use raster::Raster;
 pub use scan_marks::ScanMarks;
 pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};

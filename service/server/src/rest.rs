@@ -16,7 +16,6 @@ mod observations;
 mod openapi;
 mod page;
 mod problem;
-mod pyramid;
 mod reply;
 mod request;
 mod robots;

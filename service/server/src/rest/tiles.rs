@@ -3,7 +3,7 @@
 use axum::extract::State;
 use axum::http::{HeaderMap, header};
 use axum::response::{IntoResponse, Response};
-use meetpoint_occupancy::png;
+use meetpoint_occupancy::{MAP_TILE_LEVEL_MAX, map_tile, png};
 use serde::Deserialize;
 use utoipa::IntoParams;
 
@@ -11,7 +11,6 @@ use super::Rest;
 use super::entity_tag::EntityTag;
 use super::openapi::ReadProblems;
 use super::problem::Refusal;
-use super::pyramid::{LEVEL_MAX, picture};
 use super::request::{Path, version_number};
 use crate::error::Error;
 
@@ -80,7 +79,7 @@ pub(super) async fn get_tile(
     }
     let grid = rest.service.version_grid(&map, version.number).await?.grid;
     let drawn = tokio::task::spawn_blocking(move || {
-        picture(&grid, level, column, row).map(|raster| png(&raster))
+        map_tile(&grid, level, column, row).map(|raster| png(&raster))
     });
     let bytes = drawn.await.map_err(Error::internal)?;
     let bytes =
@@ -89,9 +88,9 @@ pub(super) async fn get_tile(
 }
 
 fn level(text: &str) -> Result<u8, Error> {
-    text.parse().ok().filter(|&level| level <= LEVEL_MAX).ok_or_else(|| {
+    text.parse().ok().filter(|&level| level <= MAP_TILE_LEVEL_MAX).ok_or_else(|| {
         let shown: String = text.chars().take(20).collect();
-        Error::field("z", format!("`{shown}` is not a level from 0 to {LEVEL_MAX}"))
+        Error::field("z", format!("`{shown}` is not a level from 0 to {MAP_TILE_LEVEL_MAX}"))
     })
 }
 

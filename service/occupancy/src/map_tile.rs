@@ -1,4 +1,4 @@
-//! Coarser pictures of a grid that keep its walls.
+//! Map tiles: square pictures of a grid that keep its walls at every level, for panning and zooming.
 //!
 //! At level `z` a pixel stands for the block of `2^z` by `2^z` cells at `(x 2^z, y 2^z)` and shows the
 //! most occupied cell observed there,
@@ -11,22 +11,23 @@
 //! into free space. Time O(observed cells of the area), whatever the level.
 
 use meetpoint_geometry::{Cell, GridFrame, GridInfo, InvalidResolution};
-use meetpoint_occupancy::{Grid, Raster, TILE_CELLS, TileIndex};
+
+use crate::{Grid, Raster, TILE_CELLS, TileIndex};
 
 /// Pixels along each side of a picture.
-pub(super) const TILE_PIXELS: i32 = 256;
+pub const MAP_TILE_PIXELS: i32 = 256;
 /// The coarsest level: a picture of 65 536 cells a side, 3.3 km at 0.05 m.
-pub(super) const LEVEL_MAX: u8 = 8;
+pub const MAP_TILE_LEVEL_MAX: u8 = 8;
 
-/// Picture `(x, y)` of a level: `TILE_PIXELS` pixels a side, its lower-left corner at
-/// `(x, y) * TILE_PIXELS * 2^level` cells, y up.
+/// Picture `(x, y)` of a level: `MAP_TILE_PIXELS` pixels a side, its lower-left corner at
+/// `(x, y) * MAP_TILE_PIXELS * 2^level` cells, y up.
 ///
 /// # Errors
 /// [`InvalidResolution`] if a pixel of that level has no length that a grid can have.
-pub(super) fn picture(grid: &Grid, level: u8, x: i32, y: i32) -> Result<Raster, InvalidResolution> {
+pub fn map_tile(grid: &Grid, level: u8, x: i32, y: i32) -> Result<Raster, InvalidResolution> {
     let pixel_m = grid.frame().resolution_m() * f64::from(1_u32 << level);
-    let first = Cell { x: x.saturating_mul(TILE_PIXELS), y: y.saturating_mul(TILE_PIXELS) };
-    let side = TILE_PIXELS.unsigned_abs();
+    let first = Cell { x: x.saturating_mul(MAP_TILE_PIXELS), y: y.saturating_mul(MAP_TILE_PIXELS) };
+    let side = MAP_TILE_PIXELS.unsigned_abs();
     let info = GridInfo { frame: GridFrame::new(pixel_m)?, first, width: side, height: side };
     let mut log_odds = vec![f32::NAN; info.n_cells()];
     for (index, tile) in grid.tiles().filter(|(index, _)| touches(*index, &info, level)) {
@@ -60,7 +61,7 @@ fn touches(tile: TileIndex, info: &GridInfo, level: u8) -> bool {
 mod tests {
     use std::sync::Arc;
 
-    use meetpoint_occupancy::Tile;
+    use crate::Tile;
     use proptest::prelude::*;
 
     use super::*;
@@ -104,10 +105,10 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(12))]
         #[test]
         fn shows_the_most_occupied_cell(grid in any_grid(), level in 0..4_u8, x in -2..2, y in -2..2) {
-            let raster = picture(&grid, level, x, y).expect("a length");
+            let raster = map_tile(&grid, level, x, y).expect("a length");
             let bits: Vec<u32> = raster.log_odds.iter().map(|value| value.to_bits()).collect();
-            let rows = (0..TILE_PIXELS).map(|row| y * TILE_PIXELS + row);
-            let pixels = rows.flat_map(|py| (0..TILE_PIXELS).map(move |px| (x * TILE_PIXELS + px, py)));
+            let rows = (0..MAP_TILE_PIXELS).map(|row| y * MAP_TILE_PIXELS + row);
+            let pixels = rows.flat_map(|py| (0..MAP_TILE_PIXELS).map(move |px| (x * MAP_TILE_PIXELS + px, py)));
             let expected: Vec<u32> =
                 pixels.map(|(px, py)| pixel(&grid, level, px, py).to_bits()).collect();
             prop_assert!(bits == expected, "level {level} of picture ({x}, {y})");
@@ -118,7 +119,7 @@ mod tests {
     fn far_away_is_nothing() {
         let grid = Grid::new(GridFrame::new(0.05).expect("a length"));
         for far in [i32::MIN, i32::MAX] {
-            let raster = picture(&grid, LEVEL_MAX, far, far).expect("a length");
+            let raster = map_tile(&grid, MAP_TILE_LEVEL_MAX, far, far).expect("a length");
             assert!(raster.log_odds.iter().all(|value| value.is_nan()), "never observed");
         }
     }
