@@ -68,7 +68,8 @@ pub(crate) fn check(
     let payload = encoded(batch, limits)?;
     let mut checked = Checked { payload, rejections: Vec::new(), n_scans: 0, stamps_ns: None };
     for (index, observation) in (0_u32..).zip(&batch.observations) {
-        match check_observation(batch.number, observation, sensors, stamps, limits) {
+        let place = (batch.number, index);
+        match check_observation(place, observation, sensors, stamps, limits) {
             Ok(()) => note(&mut checked, observation),
             Err((code, detail)) => {
                 let code = code.to_owned();
@@ -95,8 +96,9 @@ fn note(checked: &mut Checked, observation: &v1::Observation) {
 
 type Rejected = (&'static str, String);
 
+/// `place` is the batch's number and the index of the observation in it.
 fn check_observation(
-    batch: u64,
+    (batch, index): (u64, u32),
     observation: &v1::Observation,
     sensors: &[DeclaredSensor],
     stamps: &mut Stamps,
@@ -116,7 +118,7 @@ fn check_observation(
         }
     };
     check_reading(kind, &sensors[sensor])?;
-    if stamps.take(sensor, *stamp_ns, batch) {
+    if stamps.take(sensor, *stamp_ns, batch, index) {
         Ok(())
     } else {
         Err(("DUPLICATE_STAMP", format!("stamp {stamp_ns} ns was used by `{sensor_id}` before")))

@@ -1,7 +1,7 @@
 //! Which stamps a session has used: a stamp is unique within a sensor of a session.
 //!
-//! Memory is bounded: the newest stamps are remembered, with the batch that brought them. A batch
-//! that is sent again therefore finds its own stamps and is judged as it was the first time.
+//! Memory is bounded: the newest stamps are remembered, with the batch and index that brought them.
+//! A batch that is sent again therefore finds its own stamps and is judged as it was the first time.
 
 use std::collections::{HashMap, VecDeque};
 
@@ -9,7 +9,8 @@ use std::collections::{HashMap, VecDeque};
 #[derive(Debug)]
 pub(crate) struct Stamps {
     n_max: usize,
-    batch_of: HashMap<(usize, i64), u64>,
+    /// The batch, and the index in it, of the reading that used a sensor's stamp first.
+    used_by: HashMap<(usize, i64), (u64, u32)>,
     order: VecDeque<(usize, i64)>,
     newest: Option<Newest>,
     /// What `newest` was before the batch that is being looked at.
@@ -25,7 +26,7 @@ struct Newest {
 impl Stamps {
     /// Remembers at most `n_max` stamps.
     pub(crate) fn new(n_max: usize) -> Self {
-        Self { n_max, batch_of: HashMap::new(), order: VecDeque::new(), newest: None, before: None }
+        Self { n_max, used_by: HashMap::new(), order: VecDeque::new(), newest: None, before: None }
     }
 
     /// The largest stamp of batches before `batch`, if any came.
@@ -53,16 +54,16 @@ impl Stamps {
 
     /// Notes the stamp of a sensor's reading at `index` of `batch`; false if an earlier reading of
     /// that sensor had it.
-    pub(crate) fn take(&mut self, sensor: usize, stamp_ns: i64, batch: u64) -> bool {
-        match self.batch_of.get(&(sensor, stamp_ns)) {
-            Some(&earlier) => earlier >= batch,
+    pub(crate) fn take(&mut self, sensor: usize, stamp_ns: i64, batch: u64, index: u32) -> bool {
+        match self.used_by.get(&(sensor, stamp_ns)) {
+            Some(&first) => (batch, index) <= first,
             None => {
-                self.batch_of.insert((sensor, stamp_ns), batch);
+                self.used_by.insert((sensor, stamp_ns), (batch, index));
                 self.order.push_back((sensor, stamp_ns));
                 if self.order.len() > self.n_max
                     && let Some(oldest) = self.order.pop_front()
                 {
-                    self.batch_of.remove(&oldest);
+                    self.used_by.remove(&oldest);
                 }
                 true
             }
@@ -77,20 +78,22 @@ mod tests {
     #[test]
     fn a_batch_sent_again_is_judged_as_before() {
         let mut stamps = Stamps::new(10);
-        assert!(stamps.take(0, 100, 1), "first use");
-        assert!(stamps.take(0, 100, 1), "the same batch again");
-        assert!(!stamps.take(0, 100, 2), "another batch with that stamp");
-        assert!(stamps.take(1, 100, 2), "another sensor");
+        for _ in 0..2 {
+            assert!(stamps.take(0, 100, 1, 3), "first use, and the same batch again");
+            assert!(!stamps.take(0, 100, 1, 4), "the same stamp later in that batch");
+        }
+        assert!(!stamps.take(0, 100, 2, 0), "another batch with that stamp");
+        assert!(stamps.take(1, 100, 2, 0), "another sensor");
     }
 
     #[test]
     fn forgets_the_oldest() {
         let mut stamps = Stamps::new(2);
         for stamp_ns in 0..3 {
-            assert!(stamps.take(0, stamp_ns, 1), "all new");
+            assert!(stamps.take(0, stamp_ns, 1, 0), "all new");
         }
-        assert!(stamps.take(0, 0, 9), "long forgotten");
-        assert!(!stamps.take(0, 2, 9), "still known");
+        assert!(stamps.take(0, 0, 9, 0), "long forgotten");
+        assert!(!stamps.take(0, 2, 9, 0), "still known");
     }
 
     #[test]
