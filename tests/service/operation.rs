@@ -133,9 +133,9 @@ async fn problems() {
     is(http.get("/v1/maps?colour=red"), 400, "INVALID_QUERY");
     is(http.get("/v1/maps?page_token=%00"), 400, "INVALID_FIELD");
     let json = [("content-type", "application/json")];
-    is(http.post_with("/v1/maps", &json, b"{"), 400, "MALFORMED_JSON");
-    is(http.post_with("/v1/maps", &json, b"\xff\xfe"), 400, "MALFORMED_JSON");
-    is(http.post_with("/v1/maps", &json, b""), 400, "MALFORMED_JSON");
+    is(http.post_with("/v1/maps", &json, b"{"), 400, "MALFORMED_BODY");
+    is(http.post_with("/v1/maps", &json, b"\xff\xfe"), 400, "MALFORMED_BODY");
+    is(http.post_with("/v1/maps", &json, b""), 400, "MALFORMED_BODY");
     is(
         http.post_with("/v1/maps", &[("content-type", "text/xml")], b"<a/>"),
         415,
@@ -146,7 +146,7 @@ async fn problems() {
     let large = json!({"id": "x".repeat(5 << 20)});
     is(http.post("/v1/maps", &large), 413, "MESSAGE_TOO_LARGE");
     let nested = "[".repeat(100_000);
-    is(http.post_with("/v1/maps", &json, nested.as_bytes()), 400, "MALFORMED_JSON");
+    is(http.post_with("/v1/maps", &json, nested.as_bytes()), 400, "MALFORMED_BODY");
     assert_eq!(http.get("/healthz").status, 200, "it goes on");
     idempotency(&http);
     answers_in_flight_survive_a_stop(service).await;
