@@ -15,9 +15,10 @@ use crate::drive::{SimulatedDrive, driven, mark, opened, opening, send};
 use crate::http::Http;
 use crate::running::{Launch, empty_folder};
 
-/// Tells whoever runs the tests that something was not tested.
+/// Tells whoever runs the tests that something was not tested, past the capture of test output.
 fn skipped(what: &str, why: &str) {
-    eprintln!("SKIPPED: {what}: {why}");
+    // Without standard error there is nobody to tell.
+    let _ = writeln!(std::io::stderr(), "SKIPPED: {what}: {why}");
 }
 
 /// A small disk of its own. Unmounted when dropped.
