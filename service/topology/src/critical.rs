@@ -1,0 +1,127 @@
+//! Critical points and critical lines.
+//!
+//! ```text
+//! p is critical if it lies on the diagram and D(q) >= D(p) for all q on it within epsilon of p
+//! ```
+//!
+//! and the line joins its two basis points. S. Thrun, Artificial Intelligence 99 (1998), section
+//! 3.1 (iii) and (iv). Where the clearance stays the same along the diagram (a corridor, a door in
+//! a thick wall) all its cells are minima; the middle one stands for them. Epsilon is measured
+//! along the diagram, in metres. Time O(cells of the diagram · epsilon), space O(those cells).
+
+use std::collections::HashMap;
+
+use crate::clearance::Clearance;
+use crate::lattice::Lattice;
+use crate::voronoi::{Voronoi, cosine};
+
+/// Tunables of [`critical_points`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CriticalParams {
+    /// Reach of "locally", in metres along the diagram (the paper's epsilon).
+    pub epsilon_m: f64,
+    /// The two basis points lie at least so far apart as seen from the point, in radians. In the
+    /// plane it is a half circle; cells and rough walls leave less of it.
+    pub opening_min_rad: f64,
+}
+
+/// A point of the diagram where the clearance is a local minimum.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct CriticalPoint {
+    /// The cell, by its index in the free space.
+    pub index: usize,
+    /// The obstacle cells on its two sides that its critical line joins, by index.
+    pub basis: [usize; 2],
+}
+
+/// The critical points of a diagram, in the order of their cells.
+pub fn critical_points(
+    voronoi: &Voronoi,
+    clearance: &Clearance,
+    params: &CriticalParams,
+) -> Vec<CriticalPoint> {
+    let lattice = Lattice::new(voronoi.info());
+    let reach = params.epsilon_m / voronoi.info().frame.resolution_m();
+    let mut walk = Walk { lattice, voronoi, reached: HashMap::new() };
+    let squared = clearance.squared();
+    let is_minimum: Vec<usize> = voronoi
+        .cells()
+        .iter()
+        .copied()
+        .filter(|&index| {
+            voronoi.degree(index) == 2
+                && walk.within(index, reach).all(|other| squared[index] <= squared[other])
+        })
+        .collect();
+    let points = middles(lattice, &is_minimum).into_iter();
+    points
+        .filter_map(|index| {
+            let (basis, opening_rad) = basis_points(lattice, clearance, index);
+            (params.opening_min_rad <= opening_rad).then_some(CriticalPoint { index, basis })
+        })
+        .collect()
+}
+
+/// Walks along the diagram.
+struct Walk<'a> {
+    lattice: Lattice,
+    voronoi: &'a Voronoi,
+    reached: HashMap<usize, f64>,
+}
+
+impl Walk<'_> {
+    /// Cells of the diagram within `reach` cells along it, the start included.
+    fn within(&mut self, start: usize, reach: f64) -> impl Iterator<Item = usize> {
+        self.reached.clear();
+        self.reached.insert(start, 0.0);
+        let mut open = vec![start];
+        while let Some(index) = open.pop() {
+            let so_far = self.reached[&index];
+            for (direction, neighbor) in self.lattice.around(index).into_iter().enumerate() {
+                let step = if direction % 2 == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
+                let distance = so_far + step;
+                let known = self.reached.get(&neighbor).copied().unwrap_or(f64::INFINITY);
+                if self.voronoi.is_on()[neighbor] && distance <= reach && distance < known {
+                    self.reached.insert(neighbor, distance);
+                    open.push(neighbor);
+                }
+            }
+        }
+        self.reached.keys().copied()
+    }
+}
+
+/// The middle cell of every connected run of cells.
+fn middles(lattice: Lattice, cells: &[usize]) -> Vec<usize> {
+    let mut left: std::collections::BTreeSet<usize> = cells.iter().copied().collect();
+    let mut middles = vec![];
+    while let Some(start) = left.pop_first() {
+        let mut run = std::collections::VecDeque::from([start]);
+        // Grown from both ends in turn, the run lies in the order of the line.
+        for is_front in [false, true] {
+            while let Some(&end) = if is_front { run.front() } else { run.back() } {
+                let Some(next) = lattice.around(end).into_iter().find(|next| left.remove(next))
+                else {
+                    break;
+                };
+                if is_front { run.push_front(next) } else { run.push_back(next) }
+            }
+        }
+        middles.push(run[run.len() / 2]);
+    }
+    middles
+}
+
+/// The two basis points of a cell on the diagram: its own, and of those of its neighbours the one
+/// farthest around; and the angle between the two, in radians.
+fn basis_points(lattice: Lattice, clearance: &Clearance, index: usize) -> ([usize; 2], f64) {
+    let basis = |index: usize| clearance.basis()[index] as usize;
+    let own = basis(index);
+    let cosine_to = |other: usize| cosine(lattice.offset(index, own), lattice.offset(index, other));
+    let others = lattice.around(index).map(basis);
+    let far = others
+        .into_iter()
+        .min_by(|&a, &b| cosine_to(a).total_cmp(&cosine_to(b)).then(a.cmp(&b)))
+        .unwrap_or(own);
+    ([own, far], cosine_to(far).clamp(-1.0, 1.0).acos())
+}

@@ -1,0 +1,192 @@
+//! Ids of regions and arcs from one map version to the next.
+//!
+//! A region keeps its id if it overlaps its old self by half or more,
+//!
+//! ```text
+//! |old ∩ new| / |old ∪ new| >= 1/2
+//! ```
+//!
+//! of a split the largest part keeps the id, of a union the largest part had it. All three are one
+//! rule: each is the other's largest overlap, and the overlap is half of one of them or more. An
+//! arc keeps its id if its middle lies within half the line's length of the old middle and
+//! neither has a nearer match. Ids count up and are never used again, so that whoever holds an old
+//! one can be told what became of it. Time O(cells + arcs²), space O(pairs of regions).
+
+use std::collections::BTreeMap;
+
+use meetpoint_geometry::Cell;
+
+use crate::graph::{Arc, TopologicalGraph};
+use crate::regions::{Partition, RegionIndex};
+
+/// Names a region for as long as the place lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct RegionId(pub u64);
+
+/// Names an arc for as long as the passage lasts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ArcId(pub u64);
+
+/// The next ids that no region or arc of the map ever had, whichever version is current.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// For a region.
+    pub next_region: u64,
+    /// For an arc.
+    pub next_arc: u64,
+}
+
+/// Ids of one version.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Ids {
+    /// One a region, by [`RegionIndex`].
+    pub regions: Vec<RegionId>,
+    /// One an arc, in the graph's order.
+    pub arcs: Vec<ArcId>,
+}
+
+/// A version to carry ids from.
+#[derive(Clone, Copy, Debug)]
+pub struct Snapshot<'a> {
+    /// Its regions.
+    pub partition: &'a Partition,
+    /// Its graph.
+    pub graph: &'a TopologicalGraph,
+    /// Its ids.
+    pub ids: &'a Ids,
+}
+
+/// What became of a region of the version before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Becoming {
+    /// The old region.
+    pub region: RegionId,
+    /// Regions that hold cells of it now, with the number of these, most first; empty if nothing
+    /// of it is left.
+    pub now: Vec<(RegionId, u64)>,
+}
+
+/// Ids for a first version.
+pub fn first_ids(graph: &TopologicalGraph, counters: &mut Counters) -> Ids {
+    let regions = graph.regions.iter().map(|_| new_region(counters)).collect();
+    let arcs = graph.arcs.iter().map(|_| new_arc(counters)).collect();
+    Ids { regions, arcs }
+}
+
+/// Ids for a version that follows another of the same resolution, and what became of the other's
+/// regions, in its order.
+pub fn carried_ids(
+    old: Snapshot<'_>,
+    partition: &Partition,
+    graph: &TopologicalGraph,
+    counters: &mut Counters,
+) -> (Ids, Vec<Becoming>) {
+    let overlaps = Overlaps::new(old.partition, partition);
+    let forebear_of =
+        |new: RegionIndex| overlaps.forebear_of(new).map(|o| old.ids.regions[o.0 as usize]);
+    let regions: Vec<RegionId> = (0..partition.n_regions())
+        .map(|new| forebear_of(RegionIndex(new)).unwrap_or_else(|| new_region(counters)))
+        .collect();
+    let becoming = |(index, &region): (usize, &RegionId)| {
+        let mut now: Vec<(RegionId, u64)> = overlaps.of_old[index]
+            .iter()
+            .map(|(new, &n_cells)| (regions[new.0 as usize], n_cells))
+            .collect();
+        now.sort_by_key(|&(id, n_cells)| (std::cmp::Reverse(n_cells), id));
+        Becoming { region, now }
+    };
+    let becoming = old.ids.regions.iter().enumerate().map(becoming).collect();
+    let same = same_arcs(&old.graph.arcs, &graph.arcs);
+    let arcs = same
+        .into_iter()
+        .map(|same| same.map_or_else(|| new_arc(counters), |at| old.ids.arcs[at]))
+        .collect();
+    (Ids { regions, arcs }, becoming)
+}
+
+fn new_region(counters: &mut Counters) -> RegionId {
+    let id = RegionId(counters.next_region);
+    counters.next_region += 1;
+    id
+}
+
+fn new_arc(counters: &mut Counters) -> ArcId {
+    let id = ArcId(counters.next_arc);
+    counters.next_arc += 1;
+    id
+}
+
+/// Cells in common.
+struct Overlaps {
+    of_old: Vec<BTreeMap<RegionIndex, u64>>,
+    of_new: Vec<BTreeMap<RegionIndex, u64>>,
+    old_cells: Vec<u64>,
+    new_cells: Vec<u64>,
+}
+
+impl Overlaps {
+    fn new(old: &Partition, new: &Partition) -> Self {
+        let [n_old, n_new] = [old, new].map(|partition| partition.n_regions() as usize);
+        let mut overlaps = Self {
+            of_old: vec![BTreeMap::new(); n_old],
+            of_new: vec![BTreeMap::new(); n_new],
+            old_cells: sizes(old),
+            new_cells: sizes(new),
+        };
+        let info = new.info();
+        let mut index = 0;
+        for y in (info.first.y..).take(info.height as usize) {
+            for x in (info.first.x..).take(info.width as usize) {
+                let before = old.info().index_of(Cell { x, y }).and_then(|at| old.region_at(at));
+                if let (Some(now), Some(before)) = (new.region_at(index), before) {
+                    *overlaps.of_old[before.0 as usize].entry(now).or_default() += 1;
+                    *overlaps.of_new[now.0 as usize].entry(before).or_default() += 1;
+                }
+                index += 1;
+            }
+        }
+        overlaps
+    }
+
+    /// The old region whose id the new one carries on.
+    fn forebear_of(&self, new: RegionIndex) -> Option<RegionIndex> {
+        let (old, n_cells) = largest(&self.of_new[new.0 as usize])?;
+        let (heir, _) = largest(&self.of_old[old.0 as usize])?;
+        let smaller = self.old_cells[old.0 as usize].min(self.new_cells[new.0 as usize]);
+        (heir == new && smaller <= 2 * n_cells).then_some(old)
+    }
+}
+
+/// Cells of every region.
+fn sizes(partition: &Partition) -> Vec<u64> {
+    let mut sizes = vec![0; partition.n_regions() as usize];
+    for index in 0..partition.info().n_cells() {
+        if let Some(region) = partition.region_at(index) {
+            sizes[region.0 as usize] += 1;
+        }
+    }
+    sizes
+}
+
+/// The region with the most cells, the first of several.
+fn largest(overlaps: &BTreeMap<RegionIndex, u64>) -> Option<(RegionIndex, u64)> {
+    let most = |(region, &n_cells): (&RegionIndex, &u64)| (*region, n_cells);
+    overlaps.iter().map(most).max_by_key(|&(region, n)| (n, std::cmp::Reverse(region)))
+}
+
+/// For every new arc the old one that it is.
+fn same_arcs(old: &[Arc], new: &[Arc]) -> Vec<Option<usize>> {
+    let nearest = |arc: &Arc, among: &[Arc]| {
+        let distances = among.iter().map(|other| (other.position - arc.position).norm());
+        distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
+    };
+    let of_old: Vec<_> = old.iter().map(|arc| nearest(arc, new)).collect();
+    new.iter()
+        .enumerate()
+        .map(|(at, arc)| {
+            let (before, distance_m) = nearest(arc, old)?;
+            let is_mutual = of_old[before].is_some_and(|(back, _)| back == at);
+            (is_mutual && distance_m <= arc.length_m / 2.0).then_some(before)
+        })
+        .collect()
+}
