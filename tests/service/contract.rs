@@ -27,15 +27,16 @@ async fn skip<D: Door>(
     door.upload(&session.id, session.epoch, Upload::Skip(skip)).await
 }
 
-fn acked(through: u64) -> Answer<v1::Ack> {
-    Ok(v1::Ack { acked_through: through, rejected: Vec::new() })
+/// An ack that rejects nothing.
+fn ack(acked_through: u64) -> v1::Ack {
+    v1::Ack { acked_through, rejected: Vec::new() }
 }
 
 async fn numbers_are_contiguous<D: Door>(door: &D, session: &v1::Session) {
     let gap = refused(send(door, session, 2, "early").await, "SEQUENCE_GAP");
     assert_eq!(gap.fact("expected_number"), "1", "{gap:?}");
-    assert_eq!(send(door, session, 1, "one").await, acked(1), "the first");
-    assert_eq!(send(door, session, 2, "two").await, acked(2), "the next");
+    assert_eq!(send(door, session, 1, "one").await, Ok(ack(1)), "the first");
+    assert_eq!(send(door, session, 2, "two").await, Ok(ack(2)), "the next");
     let gap = refused(send(door, session, 9, "nine").await, "SEQUENCE_GAP");
     assert_eq!(gap.fact("expected_number"), "3", "{gap:?}");
     refused(send(door, session, 0, "none").await, "INVALID_FIELD");
@@ -43,8 +44,8 @@ async fn numbers_are_contiguous<D: Door>(door: &D, session: &v1::Session) {
 
 async fn duplicates_are_acknowledged_and_not_applied<D: Door>(door: &D, session: &v1::Session) {
     let before = door.session(&session.id).await.expect("it was opened");
-    assert_eq!(send(door, session, 2, "two").await, acked(2), "the newest again");
-    assert_eq!(send(door, session, 1, "one").await, acked(2), "an old one: cumulative");
+    assert_eq!(send(door, session, 2, "two").await, Ok(ack(2)), "the newest again");
+    assert_eq!(send(door, session, 1, "one").await, Ok(ack(2)), "an old one: cumulative");
     let after = door.session(&session.id).await.expect("it was opened");
     assert_eq!(before.acked_through, after.acked_through, "nothing was added");
     let other = refused(send(door, session, 2, "too").await, "BATCH_CONTENT_MISMATCH");
@@ -54,11 +55,11 @@ async fn duplicates_are_acknowledged_and_not_applied<D: Door>(door: &D, session:
 async fn holes_are_declared<D: Door>(door: &D, session: &v1::Session) {
     let gap = refused(skip(door, session, 4, 6).await, "SEQUENCE_GAP");
     assert_eq!(gap.fact("expected_number"), "3", "{gap:?}");
-    assert_eq!(skip(door, session, 3, 6).await, acked(6), "3 to 6 will never come");
-    assert_eq!(skip(door, session, 3, 6).await, acked(6), "the same again");
+    assert_eq!(skip(door, session, 3, 6).await, Ok(ack(6)), "3 to 6 will never come");
+    assert_eq!(skip(door, session, 3, 6).await, Ok(ack(6)), "the same again");
     refused(send(door, session, 4, "late").await, "BATCH_CONTENT_MISMATCH");
     refused(skip(door, session, 7, 6).await, "INVALID_FIELD");
-    assert_eq!(send(door, session, 7, "seven").await, acked(7), "after the hole");
+    assert_eq!(send(door, session, 7, "seven").await, Ok(ack(7)), "after the hole");
     let long = v1::Skip { from: 8, through: 8, reason: "x".repeat(201) };
     let long = door.upload(&session.id, session.epoch, Upload::Skip(long)).await;
     assert_eq!(refused(long, "INVALID_FIELD").fact("field"), "skip.reason", "named");
@@ -83,13 +84,13 @@ async fn a_newer_epoch_fences<D: Door>(door: &D, session: &v1::Session) {
     };
     let stale = refused(door.open(stale).await, "SESSION_FENCED");
     assert_eq!(stale.fact("newest_epoch"), "2", "{stale:?}");
-    assert_eq!(send(door, &newer, 1, "one").await, acked(1), "the newer one goes on");
+    assert_eq!(send(door, &newer, 1, "one").await, Ok(ack(1)), "the newer one goes on");
     refused(door.close(&newer.id, 1).await, "SESSION_FENCED");
 }
 
 async fn closing_twice_is_fine<D: Door>(door: &D) {
     let session = opened(door, opening("contract", "closer", &[])).await;
-    assert_eq!(send(door, &session, 1, "one").await, acked(1), "open");
+    assert_eq!(send(door, &session, 1, "one").await, Ok(ack(1)), "open");
     for _ in 0..2 {
         let closed = door.close(&session.id, session.epoch).await.expect("closing is fine");
         assert_eq!(closed.state, i32::from(v1::SessionState::Closed), "closed");
@@ -110,7 +111,7 @@ async fn a_batch_too_many<D: Door>(door: &D) {
     let heavy = v1::Batch { number: 1, observations: vec![long[0].clone(); 2000] };
     let heavy = door.upload(&session.id, session.epoch, Upload::Batch(heavy)).await;
     assert_eq!(refused(heavy, "MESSAGE_TOO_LARGE").fact("limit_bytes"), "1048576", "told");
-    assert_eq!(send(door, &session, 1, "one").await, acked(1), "nothing was kept of them");
+    assert_eq!(send(door, &session, 1, "one").await, Ok(ack(1)), "nothing was kept of them");
 }
 
 async fn the_contract<D: Door>(door: &D) {

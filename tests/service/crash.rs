@@ -33,7 +33,7 @@ const PARAMS: DeliveryParams = DeliveryParams {
         factor: 1.5,
         delay_max: Duration::from_millis(200),
     },
-    give_up_after: Some(Duration::from_secs(120)),
+    give_up_after: Some(Duration::from_mins(2)),
     ..DeliveryParams::ROBOT
 };
 

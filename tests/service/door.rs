@@ -80,7 +80,7 @@ pub(crate) fn refused<T: std::fmt::Debug>(answer: Answer<T>, code: &str) -> Refu
 }
 
 /// Longer than anything takes on the slowest machine: a guard against hanging for ever.
-const GUARD: Duration = Duration::from_secs(120);
+const GUARD: Duration = Duration::from_mins(2);
 /// Between two looks.
 const LOOK_INTERVAL: Duration = Duration::from_millis(25);
 

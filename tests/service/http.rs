@@ -8,7 +8,7 @@ use ureq::http::{HeaderMap, Response};
 use ureq::{Agent, Body};
 
 /// An answer that takes longer will not come: a guard against hanging for ever, not a measure.
-const GUARD: Duration = Duration::from_secs(60);
+const GUARD: Duration = Duration::from_mins(1);
 /// The largest body taken.
 const BODY_BYTES_MAX: u64 = 64 << 20;
 

@@ -1,5 +1,6 @@
 //! The binary `meetpoint`, started for real.
 
+use std::fmt::Display;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -52,7 +53,7 @@ impl Launch {
     }
 
     /// With a setting of its own, as in `("journal.busy_timeout_ms", 100)`.
-    pub(crate) fn setting(mut self, key: &str, value: impl ToString) -> Self {
+    pub(crate) fn setting(mut self, key: &str, value: impl Display) -> Self {
         let name = format!("MEETPOINT_{}", key.replace('.', "__").to_uppercase());
         self.settings.push((name, value.to_string()));
         self

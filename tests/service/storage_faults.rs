@@ -193,10 +193,10 @@ async fn database_locked() {
 
 /// Overwrites a page of the database: its number is counted from 0.
 fn damage(database: &Path, page: u64) {
-    const PAGE_BYTES: u64 = 4096;
+    const PAGE: [u8; 4096] = [0xa5; 4096];
     let mut file = OpenOptions::new().write(true).open(database).expect("the database");
-    file.seek(SeekFrom::Start(page * PAGE_BYTES)).expect("within the file");
-    file.write_all(&[0xa5; PAGE_BYTES as usize]).expect("it can be written");
+    file.seek(SeekFrom::Start(page * PAGE.len() as u64)).expect("within the file");
+    file.write_all(&PAGE).expect("it can be written");
 }
 
 #[tokio::test(flavor = "multi_thread")]

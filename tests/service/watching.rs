@@ -1,4 +1,4 @@
-//! Jobs, and what happens as it happens: server-sent events, WatchMap, WatchJob.
+//! Jobs, and what happens as it happens: server-sent events, `WatchMap`, `WatchJob`.
 
 use std::collections::BTreeSet;
 
