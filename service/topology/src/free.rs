@@ -59,6 +59,7 @@ impl FreeSpace {
 
     /// The same space as if every obstacle that stands alone and is smaller than `extent_max_m`
     /// (diagonal of its bounding box) were not there.
+    #[must_use]
     pub fn without_islands(&self, extent_max_m: f64) -> Self {
         let lattice = Lattice::new(self.info);
         let mut is_free = self.is_free.clone();

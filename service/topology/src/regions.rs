@@ -47,6 +47,7 @@ impl Partition {
 
     /// The partition with regions joined: `group` names for every region one that stands for all
     /// of its group. Regions are counted anew, in the order of their first cells.
+    #[must_use]
     pub fn joined(&self, group: impl Fn(RegionIndex) -> RegionIndex) -> Self {
         let mut name = vec![NOT_FREE; self.n_regions as usize];
         let mut n_regions = 0;

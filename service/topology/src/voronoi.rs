@@ -75,7 +75,10 @@ pub fn voronoi(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) 
     Voronoi { info: open.info(), is_on, cells }
 }
 
-/// Cells that have different basis points.
+/// Cells beside the bisector of two different basis points, on its nearer side: lines about one
+/// cell wide, with gaps. W. Hesselink and J. Roerdink, "Euclidean skeletons of digital image and
+/// volume data in linear time by the integer medial axis transform", IEEE Transactions on Pattern
+/// Analysis and Machine Intelligence 30 (2008).
 fn anchors(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> Vec<bool> {
     let lattice = Lattice::new(open.info());
     let resolution_m = open.info().frame.resolution_m();
@@ -84,11 +87,21 @@ fn anchors(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> V
     let basis = |index: usize| clearance.basis()[index] as usize;
     let mut anchors = vec![false; open.is_free().len()];
     for index in (0..anchors.len()).filter(|&index| open.is_free()[index]) {
-        for neighbor in lattice.beside(index) {
+        let [right, above, ..] = lattice.beside(index);
+        for neighbor in [right, above].into_iter().filter(|&index| open.is_free()[index]) {
             let (own, other) = (basis(index), basis(neighbor));
             let apart = lattice.distance_squared(own, other) as f64;
-            anchors[index] |= distance_squared_min <= apart
-                && cosine(lattice.offset(index, own), lattice.offset(index, other)) <= cosine_max;
+            if apart < distance_squared_min
+                || cosine_max < cosine(lattice.offset(index, own), lattice.offset(index, other))
+            {
+                continue;
+            }
+            // Twice the middle of the step against twice the middle of the basis points.
+            let [a, b, step] = [own, other, neighbor].map(|to| lattice.offset(index, to));
+            let beyond = (0..2)
+                .map(|axis| (b[axis] - a[axis]) * (step[axis] - a[axis] - b[axis]))
+                .sum::<i64>();
+            anchors[if 0 <= beyond { index } else { neighbor }] = true;
         }
     }
     anchors
