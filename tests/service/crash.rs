@@ -23,6 +23,8 @@ use crate::running::{Launch, Running, empty_folder};
 
 /// Times that the service, or its client, is killed.
 const N_KILLS: u32 = 20;
+/// Before every so many kills, the service is stopped in order too.
+const ORDERLY_EVERY: u32 = 7;
 /// Acknowledged batches between two kills, at most.
 const N_ACKS_MAX: u64 = 20;
 
@@ -126,11 +128,15 @@ async fn of_the_service() {
     let delivery = delivering(service.client(), &session, &batches, &acked);
     let mut rng = ChaCha8Rng::seed_from_u64(20);
     let mut n_under_way = 0;
-    for _ in 0..N_KILLS {
+    for kill in 1..=N_KILLS {
         let target = *watched.borrow() + rng.random_range(1..=N_ACKS_MAX);
         let target = target.min(batches.0.len() as u64);
         watched.wait_for(|&through| target <= through).await.expect("it delivers");
         n_under_way += u32::from(!delivery.is_finished());
+        if kill % ORDERLY_EVERY == 0 {
+            service.stop();
+            service = launch(data.path()).port(port).start();
+        }
         service.kill();
         let told = *watched.borrow();
         service = launch(data.path()).port(port).start();
@@ -186,4 +192,30 @@ async fn rebuilt<D: Door>(door: &D) -> u64 {
     assert_eq!(job.state, i32::from(v1::JobState::Succeeded), "{job:?}");
     assert_eq!(job.progress, 1.0, "all of it");
     job.result_version
+}
+
+/// A job that a crash interrupts is continued or done again at the next start, without anyone's
+/// help.
+#[tokio::test(flavor = "multi_thread")]
+async fn of_a_job() {
+    let (drive, batches) = batches();
+    let data = empty_folder();
+    let service = launch(data.path()).start();
+    let session = session(&service, &drive).await;
+    let (acked, _) = watch::channel(0);
+    delivering(service.client(), &session, &batches, &acked).await.expect("it ended");
+    finished(&service.grpc(), &session).await;
+    let before = service.grpc().grid("hall", 0, None).await.expect("a grid");
+    let job = service.grpc().create_job("hall").await.expect("a new job").id;
+    service.kill();
+    let service = launch(data.path()).start();
+    let door = service.rest();
+    let job = eventually("the job's end", || async {
+        let now = door.job(&job).await.expect("it was made");
+        now.done.then_some(now)
+    })
+    .await;
+    assert_eq!(job.state, i32::from(v1::JobState::Succeeded), "{job:?}");
+    let after = door.grid("hall", job.result_version, None).await.expect("a grid");
+    assert!(before.cells == after.cells, "the same bits");
 }

@@ -55,11 +55,21 @@ impl Http {
     }
 
     pub(crate) fn post_with(&self, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
+        self.try_post(path, headers, body).unwrap_or_else(|error| panic!("{path}: {error}"))
+    }
+
+    /// A request whose connection may be cut by the service.
+    pub(crate) fn try_post(
+        &self,
+        path: &str,
+        headers: &[(&str, &str)],
+        body: &[u8],
+    ) -> Result<Reply, ureq::Error> {
         let mut request = self.agent.post(self.at(path));
         for (name, value) in headers {
             request = request.header(*name, *value);
         }
-        reply(path, request.send(body))
+        whole(request.send(body)?)
     }
 
     pub(crate) fn delete(&self, path: &str) -> Reply {
@@ -75,13 +85,13 @@ impl Http {
 }
 
 fn reply(path: &str, response: Result<Response<Body>, ureq::Error>) -> Reply {
-    let mut response = response.unwrap_or_else(|error| panic!("{path}: {error}"));
-    let body = response.body_mut().with_config().limit(BODY_BYTES_MAX).read_to_vec();
-    Reply {
-        status: response.status().as_u16(),
-        headers: response.headers().clone(),
-        body: body.unwrap_or_else(|error| panic!("{path}: {error}")),
-    }
+    response.and_then(whole).unwrap_or_else(|error| panic!("{path}: {error}"))
+}
+
+/// A response and its body.
+fn whole(mut response: Response<Body>) -> Result<Reply, ureq::Error> {
+    let body = response.body_mut().with_config().limit(BODY_BYTES_MAX).read_to_vec()?;
+    Ok(Reply { status: response.status().as_u16(), headers: response.headers().clone(), body })
 }
 
 impl Reply {

@@ -270,3 +270,27 @@ fn refusals_of_commands() {
     let away = meetpoint(&["map", "hall", "--server", &url]).output().expect("it starts");
     assert_eq!(away.status.code(), Some(1), "{}", told(&away));
 }
+
+/// The demo: from nothing to a map, nearer to the truth than the wheels alone, and a site that is
+/// kept.
+#[tokio::test(flavor = "multi_thread")]
+async fn the_demo() {
+    let folder = empty_folder();
+    let site = folder.path().join("site");
+    let shown = site.to_string_lossy();
+    let demo = ["demo", "--exit", "--port", "0", "--data", &shown];
+    let output = meetpoint(&demo).output().expect("the binary under test starts");
+    assert!(output.status.success(), "{}", told(&output));
+    let text = told(&output);
+    for words in ["wheels alone", "on the map", "robot-2", "office.png", "/docs"] {
+        assert!(text.contains(words), "no `{words}` in {text}");
+    }
+    assert!(
+        fs::read(site.join("office.png")).is_ok_and(|png| png.starts_with(b"\x89PNG")),
+        "drawn"
+    );
+    let service = Launch::at(&site).start();
+    let (sessions, _) = service.grpc().sessions("office", FIRST_PAGE).await.expect("a page");
+    assert_eq!(sessions.len(), 2, "two robots");
+    assert!(sessions.iter().all(|session| 0 < session.complete_in_version), "{sessions:?}");
+}

@@ -158,6 +158,18 @@ async fn is_fenced_while_it_stands() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
+async fn is_closed_while_it_stands() {
+    let data = empty_folder();
+    let (_service, door, session) = started(data.path()).await;
+    let mut stream = Stream::begun(&door).await;
+    stream.attach(&session).await;
+    stream.attached().await;
+    door.close(&session.id, session.epoch).await.expect("it can be closed");
+    stream.send(Up::Batch(mark(1, "a"))).await;
+    Stream::refusal(stream.answer().await, "SESSION_CLOSED");
+}
+
+#[tokio::test(flavor = "multi_thread")]
 async fn tells_where_the_robot_was() {
     let data = empty_folder();
     let service = Launch::at(data.path()).start();
