@@ -173,7 +173,7 @@ fn draw(found: &Segmentation, meet: &[MeetPoint], path: &str) -> Result<(), Box<
             pixels[index] = [255; 3];
         }
     }
-    let rows: Vec<u8> = pixels.chunks_exact(width).rev().flat_map(|row| row.concat()).collect();
+    let rows: Vec<u8> = pixels.chunks_exact(width).rev().flat_map(<[_]>::concat).collect();
     let file = std::io::BufWriter::new(std::fs::File::create(path)?);
     let mut encoder = png::Encoder::new(file, info.width, info.height);
     encoder.set_color(png::ColorType::Rgb);

@@ -42,7 +42,7 @@ pub fn critical_points(
 ) -> Vec<CriticalPoint> {
     let lattice = Lattice::new(voronoi.info());
     let reach = params.epsilon_m / voronoi.info().frame.resolution_m();
-    let mut walk = Walk { lattice, voronoi, reached: HashMap::new() };
+    let mut neighborhood = Neighborhood { lattice, voronoi, reached: HashMap::new() };
     let squared = clearance.squared();
     let is_minimum: Vec<usize> = voronoi
         .cells()
@@ -50,7 +50,7 @@ pub fn critical_points(
         .copied()
         .filter(|&index| {
             voronoi.degree(index) == 2
-                && walk.within(index, reach).all(|other| squared[index] <= squared[other])
+                && neighborhood.within(index, reach).all(|other| squared[index] <= squared[other])
         })
         .collect();
     let points = middles(lattice, &is_minimum).into_iter();
@@ -62,14 +62,14 @@ pub fn critical_points(
         .collect()
 }
 
-/// Walks along the diagram.
-struct Walk<'a> {
+/// Cells near one of them, along the diagram.
+struct Neighborhood<'a> {
     lattice: Lattice,
     voronoi: &'a Voronoi,
     reached: HashMap<usize, f64>,
 }
 
-impl Walk<'_> {
+impl Neighborhood<'_> {
     /// Cells of the diagram within `reach` cells along it, the start included.
     fn within(&mut self, start: usize, reach: f64) -> impl Iterator<Item = usize> {
         self.reached.clear();

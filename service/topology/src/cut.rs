@@ -66,3 +66,59 @@ fn near(lattice: Lattice, from: usize, to: usize) -> Vec<usize> {
     cells.dedup();
     cells
 }
+
+#[cfg(test)]
+mod tests {
+    use meetpoint_geometry::{Cell, GridFrame, GridInfo};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::free::FreeSpace;
+    use crate::regions::partition;
+
+    /// Cells along a side of the room that is cut.
+    const SIDE: usize = 12;
+
+    fn room() -> (FreeSpace, Lattice) {
+        let frame = GridFrame::new(0.05).expect("a length");
+        let first = Cell { x: 0, y: 0 };
+        let info = GridInfo { frame, first, width: 12, height: 12 };
+        let space = FreeSpace::from_cells(info, &[true; SIDE * SIDE]);
+        let lattice = Lattice::new(space.info());
+        (space, lattice)
+    }
+
+    proptest! {
+        /// A line from wall to wall leaves the cells on its two sides, and no way between them.
+        #[test]
+        fn a_line_parts_its_two_sides(from in 0..=SIDE + 1, to in 0..=SIDE + 1, turned: bool) {
+            let (space, lattice) = room();
+            let width = SIDE + 2;
+            // Between the lower and the upper wall, or between the left and the right.
+            let ends = if turned {
+                [from * width, to * width + width - 1]
+            } else {
+                [from, (width - 1) * width + to]
+            };
+            for [from, to] in [ends, [ends[1], ends[0]]] {
+                let [dx, dy] = lattice.offset(from, to);
+                let is_left = |index: usize| {
+                    let [x, y] = lattice.offset(from, index);
+                    0 <= dx * y - dy * x
+                };
+                let found = partition(&space, &crossings(lattice, from, to));
+                let free = (0..width * width).filter(|&index| space.is_free()[index]);
+                let mut of_side = [vec![], vec![]];
+                for index in free {
+                    of_side[usize::from(is_left(index))].push(found.region_at(index));
+                }
+                for side in &mut of_side {
+                    side.dedup();
+                    prop_assert!(side.len() <= 1, "a side is whole");
+                }
+                let n_sides = of_side.iter().filter(|side| !side.is_empty()).count();
+                prop_assert_eq!(found.n_regions() as usize, n_sides, "and shut off");
+            }
+        }
+    }
+}

@@ -24,6 +24,10 @@ pub struct FreeSpace {
 }
 
 impl FreeSpace {
+    /// Probability of "occupied" from which on a cell is not free: even odds, the middle between
+    /// the 0.25 and the 0.65 up to and from which `map_server` writes free and occupied.
+    pub const PROBABILITY_MAX: f64 = 0.5;
+
     /// Cells of `raster` that are less likely occupied than `probability_max`; never those that
     /// were never observed. One cell larger than the raster on every side.
     pub fn from_raster(raster: &Raster, probability_max: f64) -> Self {
@@ -41,8 +45,9 @@ impl FreeSpace {
         let mut is_free = vec![false; rimmed.n_cells()];
         let rows = is_free.chunks_exact_mut(rimmed.width as usize).skip(1);
         let width = info.width as usize;
-        for (to, from) in rows.zip(cells.chunks_exact(width.max(1))) {
-            to[1..=width].copy_from_slice(from);
+        let cells = cells.chunks_exact(width.max(1)).take(info.height as usize);
+        for (to, from) in rows.zip(cells) {
+            to[1..=width].copy_from_slice(&from[..width]);
         }
         Self { info: rimmed, is_free }
     }
@@ -114,4 +119,52 @@ fn extent_m(lattice: Lattice, cells: &[usize], resolution_m: f64) -> f64 {
     }
     let [x, y] = [0, 1].map(|axis| (high[axis] - low[axis] + 1) as f64 * resolution_m);
     x.hypot(y)
+}
+
+#[cfg(test)]
+mod tests {
+    use meetpoint_geometry::GridFrame;
+
+    use super::*;
+
+    fn info(width: u32, height: u32) -> GridInfo {
+        let frame = GridFrame::new(0.05).expect("a length");
+        GridInfo { frame, first: Cell { x: -3, y: 7 }, width, height }
+    }
+
+    #[test]
+    fn unknown_is_not_free() {
+        let log_odds = vec![-2.0, f32::NAN, 0.0, 2.0];
+        let raster = Raster { info: info(4, 1), log_odds };
+        let space = FreeSpace::from_raster(&raster, FreeSpace::PROBABILITY_MAX);
+        assert_eq!(space.info().first, Cell { x: -4, y: 6 }, "a rim of one cell");
+        assert_eq!(&space.is_free()[6..12], [false, true, false, false, false, false], "middle");
+    }
+
+    #[test]
+    fn too_few_and_too_many_words() {
+        for (width, height) in [(0, 0), (0, 3), (3, 0), (2, 2)] {
+            for n_cells in [0, 1, 3, 4, 9] {
+                let space = FreeSpace::from_cells(info(width, height), &vec![true; n_cells]);
+                let n_free = space.is_free().iter().filter(|&&is_free| is_free).count();
+                let n_cells_max = (width * height) as usize;
+                assert!(n_free <= n_cells_max, "{n_free} of {n_cells_max} cells are free");
+                assert!(!space.is_free()[0], "the rim is not");
+            }
+        }
+    }
+
+    #[test]
+    fn islands_go_and_walls_stay() {
+        // A pillar of two cells in a room; an obstacle in the corner touches the rim.
+        let mut cells = vec![true; 25];
+        for index in [6, 7, 24] {
+            cells[index] = false;
+        }
+        let space = FreeSpace::from_cells(info(5, 5), &cells);
+        let n_free = |space: &FreeSpace| space.is_free().iter().filter(|&&free| free).count();
+        assert_eq!(n_free(&space), 22, "as drawn");
+        assert_eq!(n_free(&space.without_islands(0.12)), 24, "0.1 m by 0.05 m");
+        assert_eq!(n_free(&space.without_islands(0.11)), 22, "its diagonal is 0.112 m");
+    }
 }

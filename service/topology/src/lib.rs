@@ -14,8 +14,10 @@ mod opening;
 mod pruning;
 mod regions;
 mod segmentation;
+mod spurs;
 mod union;
 mod voronoi;
+mod walk;
 
 pub use clearance::{Clearance, clearance};
 pub use constriction::{ConstrictionParams, constrictions};

@@ -6,36 +6,34 @@
 //! dead end   a line ends                         (degree 1)
 //! ```
 //!
+//! once the branches into the corners of walls are taken off, lest every corner of a room be a dead
+//! end and every bend of a corridor a junction.
 //! B. Kuipers and Y.-T. Byun, "A robot exploration and mapping strategy based on a semantic
 //! hierarchy of spatial representations", Robotics and Autonomous Systems 8 (1991), call such
 //! places distinctive. A turn is measured between the two points that lie an arm's length away
 //! along the diagram. Time O(cells of the diagram · arm).
 
-use std::collections::BTreeSet;
-
 use meetpoint_geometry::Point2;
 
 use crate::clearance::Clearance;
 use crate::lattice::Lattice;
+use crate::spurs::without_spurs;
 use crate::voronoi::{Voronoi, cosine};
+use crate::walk::Walk;
 
 /// Tunables of [`meet_points`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeetPointParams {
-    /// Length of the two arms between which a turn is measured, and within which junctions count
-    /// as one, in metres.
+    /// Length of the two arms between which a turn is measured, and of the shortest branch; within
+    /// it, junctions count as one; in metres.
     pub arm_m: f64,
     /// A corner turns by at least this, in radians.
     pub turn_min_rad: f64,
-    /// Points with less clearance lie in the corners of walls, where no robot goes, in metres.
-    pub clearance_min_m: f64,
 }
 
 impl MeetPointParams {
-    /// Buildings for people: half a corridor's width of arm, half a right angle of turn, and the
-    /// radius of a small robot.
-    pub const INDOOR: Self =
-        Self { arm_m: 0.8, turn_min_rad: std::f64::consts::FRAC_PI_4, clearance_min_m: 0.2 };
+    /// Buildings for people: half a corridor's width of arm, half a right angle of turn.
+    pub const INDOOR: Self = Self { arm_m: 0.8, turn_min_rad: std::f64::consts::FRAC_PI_4 };
 }
 
 /// What a line of the diagram does at a meet point.
@@ -72,10 +70,10 @@ pub fn meet_points(
     let info = voronoi.info();
     let lattice = Lattice::new(info);
     let arm = params.arm_m / info.frame.resolution_m();
-    let is_wide = |&index: &usize| params.clearance_min_m <= clearance.at_m(index);
+    let voronoi = &without_spurs(voronoi, clearance, params.arm_m);
     let of_degree = |is_wanted: fn(usize) -> bool| {
         let cells = voronoi.cells().iter().copied();
-        cells.filter(is_wide).filter(move |&index| is_wanted(voronoi.degree(index)))
+        cells.filter(move |&index| is_wanted(voronoi.degree(index)))
     };
     let junctions = thinned(lattice, of_degree(|degree| 3 <= degree), arm, |index| {
         f64::from(clearance.squared()[index])
@@ -126,37 +124,22 @@ fn thinned(
 
 /// By how much the line turns at a cell, in radians; `None` if it is not that long on both sides.
 fn turn_rad(lattice: Lattice, voronoi: &Voronoi, index: usize, arm: f64) -> Option<f64> {
-    let mut passed = BTreeSet::from([index]);
-    let first = arm_end(lattice, voronoi, index, arm, &mut passed)?;
-    let second = arm_end(lattice, voronoi, index, arm, &mut passed)?;
+    let mut walk = Walk::new(voronoi, index);
+    let first = arm_end(voronoi, &mut walk, arm)?;
+    let second = arm_end(voronoi, &mut walk.back_to(index), arm)?;
     let straight = cosine(lattice.offset(first, index), lattice.offset(index, second));
     Some(straight.clamp(-1.0, 1.0).acos())
 }
 
-/// The end of a walk of `arm` cells along a line from `index` on, over cells not yet passed;
-/// `None` if the line ends or meets others before.
-fn arm_end(
-    lattice: Lattice,
-    voronoi: &Voronoi,
-    index: usize,
-    arm: f64,
-    passed: &mut BTreeSet<usize>,
-) -> Option<usize> {
-    let (mut at, mut way) = (index, 0.0);
-    while way < arm {
-        // Straight steps before diagonal ones, lest a bend be cut and walked back.
-        let order = [0, 2, 4, 6, 1, 3, 5, 7];
-        let around = lattice.around(at);
-        let is_next = |&direction: &usize| {
-            voronoi.is_on()[around[direction]] && !passed.contains(&around[direction])
-        };
-        let direction = order.into_iter().find(is_next)?;
-        way += if direction % 2 == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
-        at = around[direction];
-        passed.insert(at);
+/// Where a walk is after `arm` cells of way; `None` if the line ends or meets others before.
+fn arm_end(voronoi: &Voronoi, walk: &mut Walk<'_>, arm: f64) -> Option<usize> {
+    loop {
+        let at = walk.step()?;
         if voronoi.degree(at) != 2 {
             return None;
         }
+        if arm <= walk.length() {
+            return Some(at);
+        }
     }
-    Some(at)
 }

@@ -59,6 +59,14 @@ impl Voronoi {
         let on = Lattice::new(self.info).around(index).map(|neighbor| self.is_on[neighbor]);
         (0..8).filter(|&at| on[at] && !on[(at + 7) % 8]).count()
     }
+
+    /// Takes cells off the diagram.
+    pub(crate) fn take_off(&mut self, cells: &[usize]) {
+        for &index in cells {
+            self.is_on[index] = false;
+        }
+        self.cells.retain(|&index| self.is_on[index]);
+    }
 }
 
 /// The Voronoi diagram of the walls of `open`.

@@ -1,0 +1,8 @@
+//! Regions of drawn and of random buildings, seen from outside.
+
+mod building;
+mod graph;
+mod ids;
+mod regions;
+mod rooms;
+mod transform;
