@@ -29,8 +29,12 @@ pub(crate) struct Reply {
 
 impl Http {
     pub(crate) fn new(url: String) -> Self {
-        let config =
-            Agent::config_builder().http_status_as_error(false).timeout_global(Some(GUARD)).build();
+        // A connection a request: none is left over that the service has closed meanwhile.
+        let config = Agent::config_builder()
+            .http_status_as_error(false)
+            .timeout_global(Some(GUARD))
+            .max_idle_connections(0)
+            .build();
         Self { agent: config.into(), url }
     }
 

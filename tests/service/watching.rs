@@ -1,7 +1,5 @@
 //! Jobs, and what happens as it happens: server-sent events, `WatchMap`, `WatchJob`.
 
-use std::collections::BTreeSet;
-
 use meetpoint_client::v1;
 use serde_json::Value;
 use v1::watch_map_response::Kind as Seen;
@@ -71,21 +69,19 @@ async fn jobs_over_both_doors() {
     }
 }
 
-/// Reads events until one of `name` comes that satisfies `wanted`; all names that came.
-fn names_until(
-    events: &mut Events,
-    name: &str,
-    wanted: impl Fn(&Value) -> bool,
-) -> BTreeSet<String> {
-    let mut names = BTreeSet::new();
-    while let Some((found, data)) = events.next() {
-        let over = found == name && wanted(&data);
-        names.insert(found);
-        if over {
-            return names;
-        }
+/// An event's name, and what its data must say.
+type Wanted<'a> = (&'a str, &'a dyn Fn(&Value) -> bool);
+
+/// Reads events until all that is wanted has come, in whatever order.
+fn read_until(events: &mut Events, wanted: &[Wanted<'_>]) {
+    let mut missing: Vec<_> = wanted.iter().collect();
+    while !missing.is_empty() {
+        let Some((found, data)) = events.next() else {
+            let names: Vec<_> = missing.iter().map(|(name, _)| name).collect();
+            panic!("the stream ended before {names:?} came")
+        };
+        missing.retain(|(name, is_wanted)| *name != found || !is_wanted(&data));
     }
-    panic!("the stream ended before `{name}` came: {names:?}")
 }
 
 #[tokio::test(flavor = "multi_thread")]
@@ -108,25 +104,24 @@ async fn a_drive_is_seen() {
     let whole = complete(&door, &session.id).await.complete_in_version;
     let is_whole = |version: &Value| whole <= crate::from_json::unsigned(&version["number"]);
     for events in [&mut everything, &mut of_the_map] {
-        let names = names_until(events, "version", is_whole);
-        for name in ["correction", "session", "version"] {
-            assert!(names.contains(name), "no `{name}` in {names:?}");
-        }
+        read_until(
+            events,
+            &[
+                ("correction", &|correction| correction["session"] == session.id),
+                ("session", &|session| session["state"] == "CLOSED"),
+                ("version", &is_whole),
+            ],
+        );
     }
-    let (mut n_corrections, mut was_closed) = (0, false);
-    loop {
+    let (mut is_corrected, mut is_closed, mut is_published) = (false, false, false);
+    while !(is_corrected && is_closed && is_published) {
         let seen = watched.message().await.expect("it stands").expect("it stands");
         match seen.kind.expect("something happened") {
-            Seen::Correction(correction) => {
-                assert_eq!(correction.session, session.id, "whose it is");
-                n_corrections += 1;
-            }
-            Seen::Session(now) => was_closed |= now.state == i32::from(v1::SessionState::Closed),
-            Seen::Version(version) if whole <= version.number => break,
-            Seen::Version(_) => {}
+            Seen::Correction(correction) => is_corrected |= correction.session == session.id,
+            Seen::Session(now) => is_closed |= now.state == i32::from(v1::SessionState::Closed),
+            Seen::Version(version) => is_published |= whole <= version.number,
         }
     }
-    assert!(0 < n_corrections && was_closed, "{n_corrections} corrections, closed: {was_closed}");
 
     let job = door.create_job(map).await.expect("a new job").id;
     let watch = v1::WatchJobRequest { job: job.clone() };
@@ -137,7 +132,8 @@ async fn a_drive_is_seen() {
         last = reply.job;
     }
     assert!(last.is_some_and(|job| job.done), "the stream ends with the job");
-    names_until(&mut of_the_job, "job", |job| job["done"] == true);
+    let is_done = |job: &Value| job["done"] == true;
+    read_until(&mut of_the_job, &[("job", &is_done)]);
     assert_eq!(of_the_job.next().map(|(name, _)| name), None, "the stream ends with the job");
-    names_until(&mut everything, "job", |job| job["done"] == true);
+    read_until(&mut everything, &[("job", &is_done)]);
 }
