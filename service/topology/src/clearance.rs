@@ -31,6 +31,9 @@ impl Clearance {
 
     /// From the centre of the cell at `index` to that of the nearest obstacle cell, in metres; 0
     /// on obstacles.
+    ///
+    /// # Panics
+    /// If `index` is not below the number of cells.
     pub fn at_m(&self, index: usize) -> f64 {
         f64::from(self.squared[index]).sqrt() * self.info.frame.resolution_m()
     }

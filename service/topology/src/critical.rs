@@ -1,18 +1,19 @@
-//! Critical points and critical lines.
+//! Critical points: where space is locally narrowest.
 //!
 //! ```text
 //! p is critical if it lies on the diagram and D(q) >= D(p) for all q on it within epsilon of p
 //! ```
 //!
-//! and the line joins its two basis points. S. Thrun, Artificial Intelligence 99 (1998), section
-//! 3.1 (iii) and (iv). Where the clearance stays the same along the diagram (a corridor, a door in
+//! its critical line will join its two basis points. S. Thrun, Artificial Intelligence 99 (1998), section
+//! 3.1 (iii). Where the clearance stays the same along the diagram (a corridor, a door in
 //! a thick wall) all its cells are minima; the middle one stands for them. Epsilon is measured
 //! along the diagram, in metres. Time O(cells of the diagram · epsilon), space O(those cells).
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, VecDeque};
 
 use crate::clearance::Clearance;
 use crate::lattice::Lattice;
+use crate::neighborhood::Neighborhood;
 use crate::voronoi::{Voronoi, cosine};
 
 /// Tunables of [`critical_points`].
@@ -42,7 +43,7 @@ pub fn critical_points(
 ) -> Vec<CriticalPoint> {
     let lattice = Lattice::new(voronoi.info());
     let reach = params.epsilon_m / voronoi.info().frame.resolution_m();
-    let mut neighborhood = Neighborhood { lattice, voronoi, reached: HashMap::new() };
+    let mut neighborhood = Neighborhood::new(voronoi);
     let squared = clearance.squared();
     let is_minimum: Vec<usize> = voronoi
         .cells()
@@ -62,41 +63,12 @@ pub fn critical_points(
         .collect()
 }
 
-/// Cells near one of them, along the diagram.
-struct Neighborhood<'a> {
-    lattice: Lattice,
-    voronoi: &'a Voronoi,
-    reached: HashMap<usize, f64>,
-}
-
-impl Neighborhood<'_> {
-    /// Cells of the diagram within `reach` cells along it, the start included.
-    fn within(&mut self, start: usize, reach: f64) -> impl Iterator<Item = usize> {
-        self.reached.clear();
-        self.reached.insert(start, 0.0);
-        let mut open = vec![start];
-        while let Some(index) = open.pop() {
-            let so_far = self.reached[&index];
-            for (direction, neighbor) in self.lattice.around(index).into_iter().enumerate() {
-                let step = if direction % 2 == 0 { 1.0 } else { std::f64::consts::SQRT_2 };
-                let distance = so_far + step;
-                let known = self.reached.get(&neighbor).copied().unwrap_or(f64::INFINITY);
-                if self.voronoi.is_on()[neighbor] && distance <= reach && distance < known {
-                    self.reached.insert(neighbor, distance);
-                    open.push(neighbor);
-                }
-            }
-        }
-        self.reached.keys().copied()
-    }
-}
-
 /// The middle cell of every connected run of cells.
 fn middles(lattice: Lattice, cells: &[usize]) -> Vec<usize> {
-    let mut left: std::collections::BTreeSet<usize> = cells.iter().copied().collect();
+    let mut left: BTreeSet<usize> = cells.iter().copied().collect();
     let mut middles = vec![];
     while let Some(start) = left.pop_first() {
-        let mut run = std::collections::VecDeque::from([start]);
+        let mut run = VecDeque::from([start]);
         // Grown from both ends in turn, the run lies in the order of the line.
         for is_front in [false, true] {
             while let Some(&end) = if is_front { run.front() } else { run.back() } {

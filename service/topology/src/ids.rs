@@ -73,8 +73,8 @@ pub fn first_ids(graph: &TopologicalGraph, counters: &mut Counters) -> Ids {
     Ids { regions, arcs }
 }
 
-/// Ids for a version that follows another of the same resolution, and what became of the other's
-/// regions, in its order.
+/// Ids for a version that follows another, and what became of the other's regions, in its order.
+/// Cells of another resolution are other cells: then no region is carried on.
 pub fn carried_ids(
     old: Snapshot<'_>,
     partition: &Partition,
@@ -134,10 +134,12 @@ impl Overlaps {
             new_cells: sizes(new),
         };
         let info = new.info();
+        let is_same_frame = old.info().frame == info.frame;
         let mut index = 0;
         for y in (info.first.y..).take(info.height as usize) {
             for x in (info.first.x..).take(info.width as usize) {
-                let before = old.info().index_of(Cell { x, y }).and_then(|at| old.region_at(at));
+                let at = old.info().index_of(Cell { x, y }).filter(|_| is_same_frame);
+                let before = at.and_then(|at| old.region_at(at));
                 if let (Some(now), Some(before)) = (new.region_at(index), before) {
                     *overlaps.of_old[before.0 as usize].entry(now).or_default() += 1;
                     *overlaps.of_new[now.0 as usize].entry(before).or_default() += 1;

@@ -10,6 +10,7 @@ mod graph;
 mod ids;
 mod lattice;
 mod meet_points;
+mod neighborhood;
 mod opening;
 mod pruning;
 mod regions;

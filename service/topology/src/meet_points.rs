@@ -7,16 +7,18 @@
 //! ```
 //!
 //! once the branches into the corners of walls are taken off, lest every corner of a room be a dead
-//! end and every bend of a corridor a junction.
-//! B. Kuipers and Y.-T. Byun, "A robot exploration and mapping strategy based on a semantic
+//! end and every bend of a corridor a junction. A turn is measured between the two points that lie
+//! an arm's length away along the diagram. B. Kuipers and Y.-T. Byun, "A robot exploration and mapping strategy based on a semantic
 //! hierarchy of spatial representations", Robotics and Autonomous Systems 8 (1991), call such
-//! places distinctive. A turn is measured between the two points that lie an arm's length away
-//! along the diagram. Time O(cells of the diagram · arm).
+//! places distinctive. Time O(cells of the diagram · arm).
+
+use std::collections::HashSet;
 
 use meetpoint_geometry::Point2;
 
 use crate::clearance::Clearance;
 use crate::lattice::Lattice;
+use crate::neighborhood::Neighborhood;
 use crate::spurs::without_spurs;
 use crate::voronoi::{Voronoi, cosine};
 use crate::walk::Walk;
@@ -75,7 +77,7 @@ pub fn meet_points(
         let cells = voronoi.cells().iter().copied();
         cells.filter(move |&index| is_wanted(voronoi.degree(index)))
     };
-    let junctions = thinned(lattice, of_degree(|degree| 3 <= degree), arm, |index| {
+    let junctions = thinned(voronoi, of_degree(|degree| 3 <= degree), arm, |index| {
         f64::from(clearance.squared()[index])
     });
     let turns: Vec<(usize, f64)> = of_degree(|degree| degree == 2)
@@ -85,7 +87,7 @@ pub fn meet_points(
     let turn_at = |index: usize| {
         turns.binary_search_by_key(&index, |turn| turn.0).map_or(0.0, |at| turns[at].1)
     };
-    let corners = thinned(lattice, turns.iter().map(|turn| turn.0), arm, turn_at);
+    let corners = thinned(voronoi, turns.iter().map(|turn| turn.0), arm, turn_at);
     let ends: Vec<usize> = of_degree(|degree| degree == 1).collect();
     let of_kind = |kind, cells: Vec<usize>| {
         cells.into_iter().map(move |index| MeetPoint {
@@ -101,21 +103,22 @@ pub fn meet_points(
         .collect()
 }
 
-/// The cells that no better one lies near, ascending. Near is within `reach` cells.
+/// The cells that no better one lies near, ascending. Near is within `reach` cells along the
+/// diagram.
 fn thinned(
-    lattice: Lattice,
+    voronoi: &Voronoi,
     cells: impl Iterator<Item = usize>,
     reach: f64,
     value: impl Fn(usize) -> f64,
 ) -> Vec<usize> {
     let mut order: Vec<usize> = cells.collect();
     order.sort_by(|&a, &b| value(b).total_cmp(&value(a)).then(a.cmp(&b)));
-    let mut kept: Vec<usize> = vec![];
+    let mut neighborhood = Neighborhood::new(voronoi);
+    let (mut kept, mut near) = (vec![], HashSet::new());
     for index in order {
-        let is_near =
-            |&other: &usize| lattice.distance_squared(index, other) as f64 <= reach * reach;
-        if !kept.iter().any(is_near) {
+        if !near.contains(&index) {
             kept.push(index);
+            near.extend(neighborhood.within(index, reach));
         }
     }
     kept.sort_unstable();

@@ -40,6 +40,9 @@ impl Partition {
     }
 
     /// The region of a cell, by the cell's place in row-major data; `None` if it is not free.
+    ///
+    /// # Panics
+    /// If `index` is not below the number of cells.
     pub fn region_at(&self, index: usize) -> Option<RegionIndex> {
         let region = self.of_cell[index];
         (region != NOT_FREE).then_some(RegionIndex(region))

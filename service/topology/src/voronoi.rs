@@ -54,7 +54,10 @@ impl Voronoi {
     }
 
     /// Lines of the diagram that leave a cell: 0 for a point, 1 at an end, 2 along a line, 3 and
-    /// more at a junction.
+    /// more at a junction. Said of cells of the diagram.
+    ///
+    /// # Panics
+    /// If `index` lies outside or on the rim; no cell of the diagram does.
     pub fn degree(&self, index: usize) -> usize {
         let on = Lattice::new(self.info).around(index).map(|neighbor| self.is_on[neighbor]);
         (0..8).filter(|&at| on[at] && !on[(at + 7) % 8]).count()

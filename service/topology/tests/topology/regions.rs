@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 
 use meetpoint_topology::{
-    Crossing, FreeSpace, Partition, RegionIndex, TopologyParams, partition, segmentation,
+    Crossing, FreeSpace, Partition, RegionIndex, TopologyParams, Voronoi, partition, segmentation,
 };
 use proptest::prelude::*;
 
@@ -54,6 +54,32 @@ fn check(space: &FreeSpace, partition: &Partition) -> Result<(), TestCaseError> 
     Ok(())
 }
 
+/// Cells of the diagram within `reach` cells along it: all distances, relaxed until none changes.
+fn within(voronoi: &Voronoi, start: usize, reach: f64) -> Vec<usize> {
+    let width = voronoi.info().width as usize;
+    let step = |a: usize, b: usize| {
+        let away = [(a % width).abs_diff(b % width), (a / width).abs_diff(b / width)];
+        (away.iter().all(|&n| n <= 1)).then(|| (away[0] as f64).hypot(away[1] as f64))
+    };
+    let mut distances = BTreeMap::from([(start, 0.0)]);
+    loop {
+        let mut nearer = distances.clone();
+        for (&a, &distance) in &distances {
+            for &b in voronoi.cells() {
+                let Some(step) = step(a, b) else { continue };
+                let known = nearer.get(&b).copied().unwrap_or(f64::INFINITY);
+                if distance + step <= reach && distance + step < known {
+                    nearer.insert(b, distance + step);
+                }
+            }
+        }
+        if nearer == distances {
+            return distances.into_keys().collect();
+        }
+        distances = nearer;
+    }
+}
+
 /// Share of the cells of each region that its best counterpart holds, the least of all.
 fn least_overlap(a: &Partition, b: &Partition, image: impl Fn(usize) -> usize) -> f64 {
     let mut common: BTreeMap<(RegionIndex, RegionIndex), f64> = BTreeMap::new();
@@ -97,6 +123,19 @@ proptest! {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
+
+    #[test]
+    fn a_critical_point_is_the_narrowest_around(space in cluttered()) {
+        let found = segmentation(&space, &TopologyParams::INDOOR);
+        let resolution_m = space.info().frame.resolution_m();
+        let reach = TopologyParams::INDOOR.critical.epsilon_m / resolution_m;
+        for point in &found.points {
+            let near = within(&found.voronoi, point.index, reach);
+            let narrowest = near.iter().map(|&index| found.clearance.squared()[index]).min();
+            prop_assert_eq!(narrowest, Some(found.clearance.squared()[point.index]));
+            prop_assert!(point.basis.iter().all(|&basis| !space.is_free()[basis]), "obstacles");
+        }
+    }
 
     #[test]
     fn clutter_is_cut_into_whole_regions(space in cluttered()) {
