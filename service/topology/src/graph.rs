@@ -27,9 +27,9 @@ pub struct TopologicalGraph {
 pub struct Region {
     /// Area of its cells, in square metres.
     pub area_m2: f64,
-    /// The middle of its cell with the most clearance, in the map's frame, in metres.
+    /// The middle of its cell farthest from the walls, in the map's frame, in metres.
     pub center: Point2<f64>,
-    /// That clearance, in metres.
+    /// How far that is, in metres.
     pub clearance_m: f64,
 }
 

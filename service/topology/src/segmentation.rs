@@ -1,4 +1,4 @@
-//! From free cells to regions, step by step as T98 section 3.1 goes.
+//! From free cells to regions, step by step as the paper goes in section 3.1.
 //!
 //! S. Thrun, "Learning metric-topological maps for indoor mobile robot navigation", Artificial
 //! Intelligence 99 (1998).
