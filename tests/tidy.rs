@@ -7,8 +7,13 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 /// Crates that compute and know nothing of networks, databases or runtimes.
-const PURE_CRATES: [&str; 4] =
-    ["service/geometry", "service/occupancy", "service/tracking", "service/sim"];
+const PURE_CRATES: [&str; 5] = [
+    "service/geometry",
+    "service/occupancy",
+    "service/tracking",
+    "service/topology",
+    "service/sim",
+];
 /// What they must not know.
 const IMPURE: [&str; 6] = ["tokio", "sqlx", "tonic", "axum", "hyper", "meetpoint-storage"];
 /// File names that say nothing.
