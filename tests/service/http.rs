@@ -59,21 +59,11 @@ impl Http {
     }
 
     pub(crate) fn post_with(&self, path: &str, headers: &[(&str, &str)], body: &[u8]) -> Reply {
-        self.try_post(path, headers, body).unwrap_or_else(|error| panic!("{path}: {error}"))
-    }
-
-    /// A request whose connection may be cut by the service.
-    pub(crate) fn try_post(
-        &self,
-        path: &str,
-        headers: &[(&str, &str)],
-        body: &[u8],
-    ) -> Result<Reply, ureq::Error> {
         let mut request = self.agent.post(self.at(path));
         for (name, value) in headers {
             request = request.header(*name, *value);
         }
-        whole(request.send(body)?)
+        reply(path, request.send(body))
     }
 
     pub(crate) fn delete(&self, path: &str) -> Reply {

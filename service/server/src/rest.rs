@@ -29,7 +29,7 @@ mod tum;
 mod versions;
 
 use axum::Router;
-use axum::extract::{DefaultBodyLimit, Request};
+use axum::extract::Request;
 use axum::http::HeaderName;
 use axum::middleware;
 use axum::routing::get;
@@ -66,7 +66,6 @@ pub(crate) struct Rest {
 pub(crate) fn router(service: &Service) -> Router {
     let (routes, _) = api().split_for_parts();
     let rest = Rest { service: service.clone(), keys_in_use: idempotency::KeysInUse::default() };
-    let limit_bytes = service.settings.limits.request_bytes_max;
     let docs = SwaggerUi::new("/docs")
         .url("/openapi.json", openapi())
         .config(Config::default().validator_url("none"));
@@ -74,7 +73,6 @@ pub(crate) fn router(service: &Service) -> Router {
         .route("/", get(home::home))
         .with_state(rest)
         .merge(docs)
-        .layer(DefaultBodyLimit::max(limit_bytes))
         .layer(CatchPanicLayer::custom(problem::of_panic))
         .layer(middleware::from_fn(problem::written_out))
         .layer(CompressionLayer::new().gzip(true))

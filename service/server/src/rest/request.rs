@@ -1,12 +1,12 @@
 //! What is read of a request: JSON bodies, queries, paths, each refused with a problem document.
 
-use axum::body::Bytes;
-use axum::extract::rejection::{BytesRejection, FailedToBufferBody};
+use axum::body::Body;
 use axum::extract::{FromRequest, FromRequestParts, Request};
 use axum::http::header::CONTENT_TYPE;
 use axum::http::request::Parts;
 use meetpoint_storage::ContentHash;
 use serde::de::DeserializeOwned;
+use tokio_stream::StreamExt;
 
 use super::Rest;
 use super::problem::Refusal;
@@ -14,6 +14,9 @@ use crate::error::Error;
 
 /// Larger bodies are parsed off the async threads: at some 200 MB/s this is half a millisecond.
 const INLINE_BYTES_MAX: usize = 100_000;
+
+/// Of a body that is too large, so much is read beyond the limit and thrown away.
+const THROWN_AWAY_BYTES_MAX: usize = 64 << 20;
 
 /// A body of JSON.
 pub(crate) struct JsonBody<T> {
@@ -28,20 +31,33 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Rest> for JsonBody<T> {
 
     async fn from_request(request: Request, rest: &Rest) -> Result<Self, Refusal> {
         check_content_type(&request)?;
-        let bytes = Bytes::from_request(request, rest).await.map_err(|rejection| {
-            let limit_bytes = rest.service.settings.limits.request_bytes_max;
-            match rejection {
-                BytesRejection::FailedToBufferBody(FailedToBufferBody::LengthLimitError(_)) => {
-                    Refusal::BodyTooLarge { limit_bytes }
-                }
-                _ => Refusal::BodyEndedEarly,
-            }
-        })?;
+        let limit_bytes = rest.service.settings.limits.request_bytes_max;
+        let bytes = whole_body(request.into_body(), limit_bytes).await?;
         if bytes.len() <= INLINE_BYTES_MAX {
             return parsed(&bytes);
         }
         tokio::task::spawn_blocking(move || parsed(&bytes)).await.map_err(Error::internal)?
     }
+}
+
+/// The body, if it is not too large. One that is gets read on for a while and thrown away, so that
+/// its sender finds the refusal and not a broken pipe.
+async fn whole_body(body: Body, limit_bytes: usize) -> Result<Vec<u8>, Refusal> {
+    let mut pieces = body.into_data_stream();
+    let mut bytes = Vec::new();
+    let mut n_bytes = 0_usize;
+    while n_bytes < limit_bytes.saturating_add(THROWN_AWAY_BYTES_MAX)
+        && let Some(piece) = pieces.next().await
+    {
+        let piece = piece.map_err(|_| Refusal::BodyEndedEarly)?;
+        n_bytes = n_bytes.saturating_add(piece.len());
+        if n_bytes <= limit_bytes {
+            bytes.extend_from_slice(&piece);
+        } else {
+            bytes = Vec::new();
+        }
+    }
+    if n_bytes <= limit_bytes { Ok(bytes) } else { Err(Refusal::BodyTooLarge { limit_bytes }) }
 }
 
 fn check_content_type(request: &Request) -> Result<(), Refusal> {
