@@ -65,7 +65,8 @@ impl Store {
     }
 }
 
-/// Stores the contents of tiles that are not there yet.
+/// Stores the contents of tiles. What is there already under the same hash is written again: it is
+/// the same, unless the file was damaged.
 pub(crate) async fn insert_tiles(
     connection: &mut SqliteConnection,
     tiles: &[PackedTile],
@@ -75,7 +76,7 @@ pub(crate) async fn insert_tiles(
         query.push_values(chunk, |mut row, tile| {
             row.push_bind(tile.hash.0.to_vec()).push_bind(tile.bytes.clone());
         });
-        query.push(" on conflict (hash) do nothing");
+        query.push(" on conflict (hash) do update set bytes = excluded.bytes");
         query.build().execute(&mut *connection).await?;
     }
     Ok(())

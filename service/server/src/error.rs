@@ -103,7 +103,9 @@ pub enum Error {
     #[error("the service's database is locked; nothing of this request was kept")]
     StorageBusy,
     /// The database file does not say what was written.
-    #[error("the service's database is damaged; its operator has to restore it")]
+    #[error(
+        "the service's database is damaged; its operator has to rebuild the map or restore a copy"
+    )]
     StorageDamaged,
     /// The service is going down.
     #[error("the service is stopping")]

@@ -2,11 +2,12 @@
 
 use std::fs;
 
-use meetpoint_storage::{Error, JournalSeq, Store};
+use meetpoint_storage::{ContentHash, Error, JournalSeq, Store};
 use sqlx::sqlite::SqliteConnectOptions;
 use sqlx::{ConnectOptions, Connection, SqliteConnection};
 
 use crate::fixture::{Fixture, batch, hall, settings};
+use crate::versions::{lease, snapshot, tile};
 
 async fn other_process(fixture: &Fixture) -> SqliteConnection {
     let options = SqliteConnectOptions::new().filename(&fixture.settings.path);
@@ -64,6 +65,26 @@ async fn a_flipped_byte_in_a_payload_is_noticed() {
     assert!(names_the_batch, "the message says where: {place}");
     let batches = store.session_batches(session.id, 1, 10).await;
     assert!(matches!(batches, Err(Error::Damaged(_))), "on every way of reading");
+}
+
+#[tokio::test]
+async fn a_damaged_tile_is_mended_by_saving_it_again() {
+    let fixture = Fixture::new().await;
+    let Fixture { store, .. } = &fixture;
+    let lease = lease(store).await;
+    let mut new = snapshot(&lease);
+    new.tiles = vec![tile(None, 0, b"walls")];
+    store.save_snapshot(&new).await.expect("the lease is in force");
+    let mut other = other_process(&fixture).await;
+    let damage = "update tiles set bytes = x'00'";
+    sqlx::query(damage).execute(&mut other).await.expect("nobody writes");
+    other.close().await.expect("it closes");
+    let hash = ContentHash::of(b"walls");
+    let read = store.tiles(&[hash]).await;
+    assert!(matches!(read, Err(Error::Damaged(_))), "it is noticed");
+    store.save_snapshot(&new).await.expect("the lease is in force");
+    let read = store.tiles(&[hash]).await.expect("it is whole again");
+    assert_eq!(read, [(hash, b"walls".to_vec())], "as it was");
 }
 
 #[tokio::test]

@@ -28,7 +28,7 @@ pub(crate) fn snapshot(lease: &MapLease) -> NewSnapshot {
     }
 }
 
-fn tile(frame: Option<SessionId>, x: i32, content: &[u8]) -> NewTile {
+pub(crate) fn tile(frame: Option<SessionId>, x: i32, content: &[u8]) -> NewTile {
     NewTile {
         key: TileKey { frame, x, y: -7 },
         hash: ContentHash::of(content),

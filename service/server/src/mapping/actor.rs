@@ -57,6 +57,9 @@ const TRACKING: &str = "tracking";
 struct Work {
     state: MapState,
     saved: SavedTiles,
+    /// No version is made before this place of the journal: the newest one tells that far already,
+    /// and a map never goes back in time.
+    quiet_until: JournalSeq,
 }
 
 /// What a stretch of computing left.
@@ -169,7 +172,7 @@ impl Actor<'_> {
     async fn replace(&mut self, work: Work, replacement: Replacement) -> Result<Work, Error> {
         let Replacement { state, done } = replacement;
         let reached = work.state.position();
-        let mut work = Work { state, saved: SavedTiles::default() };
+        let mut work = Work { state, saved: SavedTiles::default(), quiet_until: reached };
         while work.state.position() < reached {
             let entries = self.read(work.state.position()).await?;
             work = self.map(work, entries).await?;
@@ -223,25 +226,35 @@ impl Actor<'_> {
         metrics::gauge!("meetpoint_mapping_queue_age_seconds", "map" => map).set(age_s);
     }
 
+    /// The map as its last version left it, or empty if there is none that can be read: then it is
+    /// made anew from the journal, which writes again whatever was damaged.
     async fn restore(&self) -> Result<Work, Error> {
-        let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
-        let store = &self.shared.store;
-        if let Some(saved) = store.checkpoint(&self.record.id).await? {
-            let hashes: Vec<_> = saved.tiles.iter().map(|(_, hash)| *hash).collect();
-            let tiles = tiles::load(store, &saved.tiles, &tiles::Known::default()).await?;
-            let known = SavedTiles::restored(&tiles, &hashes);
-            match checkpoint::restore(params, resolution_m, saved.journal_seq, &saved.state, tiles)
-            {
-                Ok(state) => return Ok(Work { state, saved: known }),
-                Err(error) => {
-                    error.log();
-                    let map = self.record.id.as_str();
-                    tracing::warn!(map, "the map is made anew from its journal");
-                }
+        match self.last_saved().await {
+            Ok(Some(work)) => return Ok(work),
+            Ok(None) => {}
+            Err(error @ (Error::StorageDamaged | Error::Internal(_))) => {
+                error.log();
+                let map = self.record.id.as_str();
+                tracing::warn!(map, "the last version cannot be read: made anew from the journal");
             }
+            Err(error) => return Err(error),
         }
-        let state = MapState::new(params, resolution_m)?;
-        Ok(Work { state, saved: SavedTiles::default() })
+        let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m)?;
+        let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
+        let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
+        Ok(Work { state, saved: SavedTiles::default(), quiet_until })
+    }
+
+    async fn last_saved(&self) -> Result<Option<Work>, Error> {
+        let store = &self.shared.store;
+        let Some(saved) = store.checkpoint(&self.record.id).await? else { return Ok(None) };
+        let hashes: Vec<_> = saved.tiles.iter().map(|(_, hash)| *hash).collect();
+        let tiles = tiles::load(store, &saved.tiles, &tiles::Known::default()).await?;
+        let known = SavedTiles::restored(&tiles, &hashes);
+        let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
+        let position = saved.journal_seq;
+        let state = checkpoint::restore(params, resolution_m, position, &saved.state, tiles)?;
+        Ok(Some(Work { state, saved: known, quiet_until: position }))
     }
 
     async fn read(&self, after: JournalSeq) -> Result<VecDeque<JournalEntry>, Error> {
@@ -252,7 +265,7 @@ impl Actor<'_> {
 
     /// Saves what is not saved yet, at the end.
     async fn save_rest(&mut self, work: Work) -> Result<(), Error> {
-        if !work.state.is_saved() {
+        if !work.state.is_saved() && work.quiet_until <= work.state.position() {
             self.snapshot(work, TRACKING).await?;
         }
         self.saved().await.map(|_| ())
@@ -303,7 +316,8 @@ fn advance(
     let mut due = false;
     while !due && let Some(entry) = left.pop_front() {
         let done = work.state.apply(entry)?;
-        due = done.ended || work.state.n_scans_since_snapshot() >= snapshot_scans;
+        due = (done.ended || work.state.n_scans_since_snapshot() >= snapshot_scans)
+            && work.quiet_until <= work.state.position();
         applied.push(done);
     }
     let computing = begun.elapsed();
