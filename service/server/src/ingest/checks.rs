@@ -34,7 +34,7 @@ pub(crate) struct Checked {
 ///
 /// # Errors
 /// [`Error::InvalidField`] for number 0 or too many observations, [`Error::MessageTooLarge`].
-pub(crate) fn encoded(batch: &v1::Batch, limits: &Limits) -> Result<Vec<u8>, Error> {
+fn encoded(batch: &v1::Batch, limits: &Limits) -> Result<Vec<u8>, Error> {
     if batch.number == 0 {
         return Err(Error::field("batch.number", "0; batches are numbered from 1"));
     }
