@@ -56,6 +56,17 @@ pub enum Error {
         /// The largest allowed.
         epoch_max: u64,
     },
+    /// The map has observations or was imported from other files.
+    #[error("map `{0}` is not empty")]
+    MapNotEmpty(MapId),
+    /// The map's cells have another size.
+    #[error("the cells of map `{map}` have {resolution_m} m a side")]
+    OtherResolution {
+        /// The map.
+        map: MapId,
+        /// Edge of its cells, in metres.
+        resolution_m: f64,
+    },
     /// Poses were to be put behind the end of a trajectory.
     #[error("session {session} has {n_poses} poses, the next cannot have index {first_index}")]
     TrajectoryGap {

@@ -18,6 +18,7 @@ pub(crate) enum Kind {
     SessionClosed = 5,
     SessionFenced = 6,
     VersionPublished = 7,
+    MapImported = 8,
 }
 
 /// Something that happened, with its place in the journal.
@@ -79,6 +80,11 @@ pub enum JournalEvent {
     VersionPublished {
         /// The version.
         number: u64,
+    },
+    /// A map that was made elsewhere became this one.
+    MapImported {
+        /// What was imported, opaque.
+        payload: Vec<u8>,
     },
 }
 
@@ -322,6 +328,7 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         },
         Kind::SessionClosed => JournalEvent::SessionClosed { session: session(&row)? },
         Kind::SessionFenced => JournalEvent::SessionFenced { session: session(&row)? },
+        Kind::MapImported => JournalEvent::MapImported { payload: payload(row, "an import")? },
     };
     Ok(JournalEntry { seq, receive_time_ns, event })
 }
@@ -329,16 +336,20 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
 /// Takes a batch out of its row and checks that the payload is what was received.
 fn batch(row: Row) -> Result<(SessionId, BatchPayload), Error> {
     let (session, number) = (session(&row)?, count(&row, row.number)?);
+    let rejections = row.rejections.as_ref().map_or(&[][..], |json| &json.0);
+    let rejected = rejections.iter().map(|rejection| rejection.index).collect();
+    let name = format!("batch {number} of session {session}");
+    Ok((session, BatchPayload { number, payload: payload(row, &name)?, rejected }))
+}
+
+/// What came with an entry, if it still has its hash.
+fn payload(row: Row, name: &str) -> Result<Vec<u8>, Error> {
     let payload = row.payload.unwrap_or_default();
     let hash = ContentHash::from_column(&row.content_hash.unwrap_or_default())?;
-    if ContentHash::of(&payload) != hash {
-        return Err(Error::Damaged(format!(
-            "batch {number} of session {session} does not have the hash {hash} that it came with"
-        )));
+    if ContentHash::of(&payload) == hash {
+        return Ok(payload);
     }
-    let rejections = row.rejections.map(|json| json.0).unwrap_or_default();
-    let rejected = rejections.iter().map(|rejection| rejection.index).collect();
-    Ok((session, BatchPayload { number, payload, rejected }))
+    Err(Error::Damaged(format!("{name} does not have the hash {hash} that it came with")))
 }
 
 fn session(row: &Row) -> Result<SessionId, Error> {

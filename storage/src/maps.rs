@@ -124,6 +124,17 @@ pub(crate) async fn require_map(
     row.map(MapRecord::from).ok_or_else(|| Error::NoSuchMap(id.clone()))
 }
 
+/// The map inside a transaction, made if there is none of its id.
+pub(crate) async fn find_or_create(
+    connection: &mut SqliteConnection,
+    new: &NewMap,
+) -> Result<MapRecord, Error> {
+    match require_map(&mut *connection, &new.id).await {
+        Err(Error::NoSuchMap(_)) => insert_map(connection, new).await,
+        found => found,
+    }
+}
+
 async fn insert_map(connection: &mut SqliteConnection, new: &NewMap) -> Result<MapRecord, Error> {
     sqlx::query(
         "insert into maps (id, display_name, resolution_m, create_time_ns)

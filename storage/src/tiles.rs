@@ -25,8 +25,9 @@ const FORMAT_ZSTD: u8 = 1;
 /// The fastest level of zstd proper; higher ones gain little on grids.
 const ZSTD_LEVEL: i32 = 1;
 
-/// Above this size a stored tile is not believed, in bytes. Ours have well below a megabyte.
-const TILE_BYTES_MAX: usize = 64 << 20;
+/// Above this size stored content is not believed, in bytes. Tiles have well below a megabyte, the
+/// topology of the largest map some ten.
+const CONTENT_BYTES_MAX: usize = 64 << 20;
 
 /// Rows a statement reads or writes at most.
 const ROWS_PER_STATEMENT: usize = 16;
@@ -69,7 +70,7 @@ impl Store {
 /// the same, unless the file was damaged.
 pub(crate) async fn insert_tiles(
     connection: &mut SqliteConnection,
-    tiles: &[PackedTile],
+    tiles: &[PackedContent],
 ) -> Result<(), Error> {
     for chunk in tiles.chunks(ROWS_PER_STATEMENT) {
         let mut query = QueryBuilder::<Sqlite>::new("insert into tiles (hash, bytes) ");
@@ -82,14 +83,14 @@ pub(crate) async fn insert_tiles(
     Ok(())
 }
 
-/// A tile as it is stored.
-pub(crate) struct PackedTile {
-    hash: ContentHash,
-    bytes: Vec<u8>,
+/// A tile, or other content with a hash, as it is stored.
+pub(crate) struct PackedContent {
+    pub(crate) hash: ContentHash,
+    pub(crate) bytes: Vec<u8>,
 }
 
 /// The bytes to store: a format byte and the content, compressed if that makes it shorter.
-pub(crate) fn pack(hash: ContentHash, content: &[u8]) -> PackedTile {
+pub(crate) fn pack(hash: ContentHash, content: &[u8]) -> PackedContent {
     let compressed = zstd::bulk::compress(content, ZSTD_LEVEL).ok();
     let (format, body) = match &compressed {
         Some(shorter) if shorter.len() < content.len() => (FORMAT_ZSTD, shorter.as_slice()),
@@ -98,19 +99,22 @@ pub(crate) fn pack(hash: ContentHash, content: &[u8]) -> PackedTile {
     let mut bytes = Vec::with_capacity(1 + body.len());
     bytes.push(format);
     bytes.extend_from_slice(body);
-    PackedTile { hash, bytes }
+    PackedContent { hash, bytes }
 }
 
-/// The content of a stored tile, which must have its hash.
-fn unpack(hash: ContentHash, bytes: &[u8]) -> Result<Vec<u8>, Error> {
+/// The content of a stored tile or other content, which must have its hash.
+///
+/// # Errors
+/// [`Error::Damaged`] if it does not.
+pub(crate) fn unpack(hash: ContentHash, bytes: &[u8]) -> Result<Vec<u8>, Error> {
     let content = match bytes.split_first() {
         Some((&FORMAT_PLAIN, body)) => Some(body.to_vec()),
-        Some((&FORMAT_ZSTD, body)) => zstd::bulk::decompress(body, TILE_BYTES_MAX).ok(),
+        Some((&FORMAT_ZSTD, body)) => zstd::bulk::decompress(body, CONTENT_BYTES_MAX).ok(),
         _ => None,
     };
     content
         .filter(|content| ContentHash::of(content) == hash)
-        .ok_or_else(|| Error::Damaged(format!("tile {hash} does not have its hash any more")))
+        .ok_or_else(|| Error::Damaged(format!("content {hash} does not have its hash any more")))
 }
 
 #[cfg(test)]

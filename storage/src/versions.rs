@@ -6,7 +6,8 @@ use crate::journal::{Kind, NewEvent, record_event};
 use crate::leases::require_lease;
 use crate::maps::require_map;
 use crate::number::to_sql;
-use crate::tiles::{PackedTile, insert_tiles, pack};
+use crate::tiles::{PackedContent, insert_tiles, pack};
+use crate::topologies::{NewTopology, save_topology};
 use crate::trajectories::save_poses;
 use crate::{
     ContentHash, Error, JournalSeq, MapId, MapLease, MapRecord, NewPoses, NewTile, Store, TileKey,
@@ -33,6 +34,8 @@ pub struct NewSnapshot {
     pub state: Vec<u8>,
     /// The grid: all of its tiles.
     pub tiles: Vec<NewTile>,
+    /// Regions, graph and ids of the grid; `None` if it has none.
+    pub topology: Option<NewTopology>,
     /// What changed in the trajectories: one entry a session at most.
     pub poses: Vec<NewPoses>,
     /// The service's clock, nanoseconds since 1970.
@@ -122,8 +125,11 @@ impl Store {
     /// [`Error::TrajectoryGap`].
     pub async fn save_snapshot(&self, new: &NewSnapshot) -> Result<VersionRecord, Error> {
         let fresh = |tile: &NewTile| Some(pack(tile.hash, tile.bytes.as_deref()?));
-        let packed: Vec<PackedTile> = new.tiles.iter().filter_map(fresh).collect();
+        let tiles: Vec<PackedContent> = new.tiles.iter().filter_map(fresh).collect();
+        let topology = new.topology.as_ref();
+        let topology = topology.and_then(|new| Some(pack(new.hash, new.bytes.as_deref()?)));
         let mut write = self.write().await?;
+        let packed = Packed { tiles, topology };
         let result = insert_snapshot(&mut write.connection, new, &packed).await;
         write.end(result).await
     }
@@ -254,16 +260,26 @@ async fn require_version(
     found.ok_or_else(|| Error::NoSuchVersion { map: map.clone(), number })
 }
 
+/// What of a snapshot is not stored yet, compressed before the transaction begins.
+struct Packed {
+    tiles: Vec<PackedContent>,
+    topology: Option<PackedContent>,
+}
+
 async fn insert_snapshot(
     connection: &mut SqliteConnection,
     new: &NewSnapshot,
-    packed: &[PackedTile],
+    packed: &Packed,
 ) -> Result<VersionRecord, Error> {
     let map = require_map(&mut *connection, &new.map).await?;
     require_lease(&mut *connection, &new.lease).await?;
     let number = map.latest_version + 1;
-    insert_tiles(&mut *connection, packed).await?;
+    insert_tiles(&mut *connection, &packed.tiles).await?;
     insert_version(&mut *connection, new, number).await?;
+    if let Some(topology) = &new.topology {
+        let content = packed.topology.as_ref();
+        save_topology(&mut *connection, &new.map, number, topology, content).await?;
+    }
     for poses in &new.poses {
         save_poses(&mut *connection, &new.map, number, poses).await?;
     }
@@ -285,8 +301,8 @@ async fn insert_version(
 ) -> Result<(), Error> {
     sqlx::query(
         "insert into map_versions (map_id, number, journal_seq, n_scans, x_min_m, y_min_m,
-             x_max_m, y_max_m, origin, create_time_ns, manifest)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+             x_max_m, y_max_m, origin, create_time_ns, manifest, topology_hash)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
     )
     .bind(&new.map)
     .bind(to_sql(number))
@@ -299,6 +315,7 @@ async fn insert_version(
     .bind(&new.origin)
     .bind(new.time_ns)
     .bind(manifest::encode(new.tiles.iter().map(|tile| (tile.key, tile.hash))))
+    .bind(new.topology.as_ref().map(|topology| topology.hash.0.to_vec()))
     .execute(connection)
     .await?;
     Ok(())

@@ -23,6 +23,7 @@ pub(crate) fn snapshot(lease: &MapLease) -> NewSnapshot {
         bounds_m: Some([-1.0, -2.0, 3.0, 4.5]),
         state: b"state".to_vec(),
         tiles: Vec::new(),
+        topology: None,
         poses: Vec::new(),
         time_ns: 500,
     }
