@@ -51,7 +51,7 @@ fn reach(left: f64) -> Option<usize> {
         return None;
     }
     let nearest = left.sqrt();
-    let mut n = ((nearest.min(1e6) + 1.0) / 2.0) as usize;
+    let mut n = f64::midpoint(nearest.min(1e6), 1.0) as usize;
     while 0 < n && left <= (2.0 * n as f64 - 1.0).powi(2) {
         n -= 1;
     }

@@ -1,0 +1,149 @@
+//! The cells of a best path, step by step by look-up.
+
+use crate::cost::{Cost, UNREACHABLE};
+use crate::gate_costs::{Leg, NodeName};
+use crate::inside::Scratch;
+use crate::plans::Plans;
+use crate::region_table::RegionTable;
+use crate::route::{Route, route_of};
+
+/// A shortest path in the grid.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct GridPath {
+    /// Its regions and what it costs.
+    pub route: Route,
+    /// Its cells, by index, start and goal included.
+    pub cells: Vec<u32>,
+}
+
+/// Where a walk through a region leads: a node, by its place in the region's table.
+struct Goal<'a> {
+    region: usize,
+    table: &'a RegionTable,
+    /// Place of the door among the region's.
+    door: usize,
+    /// Place of the node in the table's rows.
+    node: usize,
+    cell: usize,
+    /// Steps from the node's cell into the region; none if it lies inside.
+    across: &'a [(usize, usize)],
+}
+
+impl Plans {
+    /// The best path between two cells, by index; `None` if there is none.
+    pub fn path(&self, from: usize, to: usize, scratch: &mut Scratch) -> Option<GridPath> {
+        let (region, _) = self.place(from)?;
+        let pieces = self.pieces(from, to, scratch)?;
+        let route = route_of(region, &pieces);
+        let mut cells = vec![];
+        let (Some((start_region, first)), Some((goal_region, last))) = (pieces.first, pieces.last)
+        else {
+            scratch.path(self, to, &mut cells);
+            return Some(GridPath { route, cells });
+        };
+        cells.push(name(from));
+        self.walk(start_region, from, first, &mut cells);
+        for leg in &pieces.legs {
+            self.walk_leg(leg, &mut cells);
+        }
+        // The last piece is walked from the goal.
+        let mut back = vec![name(to)];
+        self.walk(goal_region, to, last, &mut back);
+        back.pop();
+        cells.extend(back.into_iter().rev());
+        Some(GridPath { route, cells })
+    }
+
+    /// The cells of a leg but its first, appended.
+    fn walk_leg(&self, leg: &Leg, cells: &mut Vec<u32>) {
+        let region = leg.region as usize;
+        let node = &self.layout.gates[leg.from.gate].nodes[leg.from.node];
+        if self.layout.partition.region_at(node.cell).is_some_and(|at| at.0 == leg.region) {
+            return self.walk(region, node.cell, leg.to, cells);
+        }
+        if self.cell_of(leg.to) == node.cell {
+            return;
+        }
+        // From across: the best of the steps that lead in.
+        let Some(goal) = self.goal(region, leg.to) else { return };
+        let open = node.across.iter().filter(|(step, _)| {
+            self.space.moves(node.cell) >> step & 1 == 1
+        });
+        let onward = |&&(step, cell): &&(usize, usize)| {
+            let cost = self.space.step_cost(node.cell, step);
+            cost.saturating_add(self.onward(&goal, cell))
+        };
+        if let Some(&(_, cell)) = open.min_by_key(onward) {
+            cells.push(name(cell));
+            self.walk_to(&goal, cell, cells);
+        }
+    }
+
+    /// The cells but the first from a cell of a region to a node of one of its gates, appended.
+    fn walk(&self, region: usize, from: usize, to: NodeName, cells: &mut Vec<u32>) {
+        if let Some(goal) = self.goal(region, to) {
+            self.walk_to(&goal, from, cells);
+        }
+    }
+
+    fn walk_to(&self, goal: &Goal, from: usize, cells: &mut Vec<u32>) {
+        let mut cell = from;
+        let mut last_step = 0;
+        while cell != goal.cell {
+            let left = self.onward(goal, cell);
+            let Some(step) = self.best_step(goal, cell, left, last_step) else { return };
+            cell = self.space.neighbor(cell, step);
+            cells.push(name(cell));
+            last_step = step;
+        }
+    }
+
+    fn goal(&self, region: usize, to: NodeName) -> Option<Goal<'_>> {
+        let doors = &self.layout.doors[region];
+        let door = doors.iter().position(|door| door.gate == to.gate)?;
+        let node = &self.layout.gates[to.gate].nodes[to.node];
+        Some(Goal {
+            region,
+            table: &self.tables[region],
+            door,
+            node: doors[door].first + to.node,
+            cell: node.cell,
+            across: if doors[door].is_inner { &[] } else { &node.across },
+        })
+    }
+
+    pub(crate) fn cell_of(&self, name: NodeName) -> usize {
+        self.layout.gates[name.gate].nodes[name.node].cell
+    }
+
+    /// Cost from a cell of the goal's region to the goal.
+    fn onward(&self, goal: &Goal, cell: usize) -> Cost {
+        goal.table.cost(self.layout.slots[cell] as usize, goal.door, goal.node)
+    }
+
+    /// A step on a best way, `left` being what is left: the one taken last if it is one.
+    fn best_step(&self, goal: &Goal, cell: usize, left: Cost, last_step: usize) -> Option<usize> {
+        if UNREACHABLE <= left {
+            return None;
+        }
+        let moves = self.space.moves(cell);
+        let mut steps = (0..8).map(|turn| (last_step + turn) % 8);
+        steps.find(|&step| {
+            if moves >> step & 1 == 0 {
+                return false;
+            }
+            let next = self.space.neighbor(cell, step);
+            let cost = self.space.step_cost(cell, step);
+            let arrives = goal.across.contains(&((step + 4) % 8, cell)) && next == goal.cell;
+            let is_here = || {
+                let region = self.layout.partition.region_at(next);
+                region.is_some_and(|region| region.0 as usize == goal.region)
+            };
+            arrives && cost == left || is_here() && cost + self.onward(goal, next) == left
+        })
+    }
+}
+
+fn name(cell: usize) -> u32 {
+    u32::try_from(cell).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,3 @@
+//! Planning against its definitions.
+
+mod exact;
