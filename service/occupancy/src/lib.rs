@@ -12,8 +12,9 @@ mod tile;
 pub use beam::{BeamModel, LaserGeometry, Reading};
 pub use grid::{GRID_REACH_CELLS, Grid};
 pub use image::{
-    InvalidImage, InvalidYaml, MapMode, MapServerGrid, MapYaml, Picture, cells_from_picture, npy,
-    pgm, png, read_pgm, read_png, read_yaml, terminal, yaml,
+    ImportParams, ImportedMap, InvalidImage, InvalidImport, InvalidYaml, MapMode, MapServerGrid,
+    MapYaml, Picture, cells_from_picture, imported, npy, pgm, png, read_pgm, read_picture,
+    read_png, read_yaml, terminal, yaml,
 };
 pub use map_tile::{MAP_TILE_LEVEL_MAX, MAP_TILE_PIXELS, map_tile};
 pub use raster::Raster;

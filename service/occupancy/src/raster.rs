@@ -1,6 +1,11 @@
 //! A rectangle cut out of the grid, dense, for whoever draws or searches it.
 
-use meetpoint_geometry::GridInfo;
+use std::sync::Arc;
+
+use meetpoint_geometry::{Cell, GridInfo};
+
+use crate::grid::Grid;
+use crate::tile::{TILE_CELLS, Tile, TileIndex};
 
 /// Log-odds of a rectangle of cells.
 #[derive(Clone, Debug)]
@@ -22,6 +27,47 @@ impl Raster {
     pub fn percent(&self) -> Vec<u8> {
         self.log_odds.iter().map(|&log_odds| percent(log_odds)).collect()
     }
+}
+
+impl Grid {
+    /// The grid of which these cells were observed. Where the odds are for "occupied", a hit in the
+    /// middle of the cell is remembered, so that scans match against walls that no scan drew. Tiles
+    /// beyond [`GRID_REACH_CELLS`](crate::GRID_REACH_CELLS) are left out. Time O(cells).
+    pub fn from_raster(raster: &Raster) -> Self {
+        let GridInfo { frame, first, width, height } = raster.info;
+        let tiles_along = |first: i32, n_cells: u32| {
+            let last = i64::from(first) + i64::from(n_cells) - 1;
+            let last = i32::try_from(last).unwrap_or(i32::MAX);
+            first.div_euclid(TILE_CELLS)..=last.div_euclid(TILE_CELLS)
+        };
+        if width == 0 || height == 0 {
+            return Self::new(frame);
+        }
+        let indices = tiles_along(first.y, height)
+            .flat_map(|y| tiles_along(first.x, width).map(move |x| TileIndex { x, y }));
+        let observed = indices.filter_map(|index| Some((index, Arc::new(tile(raster, index)?))));
+        Self::from_tiles(frame, observed)
+    }
+}
+
+/// What of a raster lies in a tile; `None` if nothing of that was observed.
+fn tile(raster: &Raster, index: TileIndex) -> Option<Tile> {
+    let mut tile = None;
+    let places = (0..TILE_CELLS).flat_map(|y| (0..TILE_CELLS).map(move |x| (x, y)));
+    for (place, (x, y)) in places.enumerate() {
+        let corner = [index.x, index.y].map(|tiles| tiles.saturating_mul(TILE_CELLS));
+        let cell = Cell { x: corner[0].saturating_add(x), y: corner[1].saturating_add(y) };
+        let log_odds = raster.info.index_of(cell).map_or(f32::NAN, |at| raster.log_odds[at]);
+        if log_odds.is_nan() {
+            continue;
+        }
+        let tile = tile.get_or_insert_with(Tile::unknown);
+        tile.set_log_odds(place, log_odds);
+        if 0.0 < log_odds {
+            tile.add_hit(place, (0.5, 0.5), 1.0);
+        }
+    }
+    tile
 }
 
 #[expect(

@@ -41,7 +41,7 @@ pub fn cells_from_picture(picture: &Picture, yaml: &MapYaml) -> MapServerGrid {
         width: picture.width,
         height: picture.height,
         cells,
-        warnings: rule.trap(&picture.grey).into_iter().collect(),
+        warnings: rule.trap(picture).into_iter().collect(),
     }
 }
 
@@ -94,13 +94,15 @@ impl Rule {
     }
 
     /// What to say if unknown cells were read as free.
-    fn trap(&self, grey: &[u8]) -> Option<String> {
+    fn trap(&self, picture: &Picture) -> Option<String> {
         let is_free = self.mode == MapMode::Trinary && self.cell(GREY_UNKNOWN, u8::MAX) == 0;
         if !is_free || self.negate {
             return None;
         }
-        let is_trap = |pixel: &u8| *pixel == GREY_UNKNOWN;
-        let n_pixels = grey.iter().copied().filter(is_trap).count();
+        let alpha = |index: usize| picture.alpha.as_ref().map_or(u8::MAX, |alpha| alpha[index]);
+        let is_trap =
+            |&(index, &grey): &(usize, &u8)| grey == GREY_UNKNOWN && alpha(index) == u8::MAX;
+        let n_pixels = picture.grey.iter().enumerate().filter(is_trap).count();
         let free_thresh = self.free_thresh;
         (0 < n_pixels).then(|| {
             format!(

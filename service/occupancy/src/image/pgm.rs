@@ -36,11 +36,7 @@ fn trinary(percent: u8) -> u8 {
 /// # Errors
 /// [`InvalidImage`] if the bytes are no PGM or end early.
 pub fn read_pgm(bytes: &[u8]) -> Result<Picture, InvalidImage> {
-    let is_binary = match bytes.get(..2) {
-        Some(b"P5") => true,
-        Some(b"P2") => false,
-        _ => return Err(InvalidImage::NotPgm),
-    };
+    let is_binary = is_binary(bytes)?;
     let mut header = Tokens { bytes, position: 2 };
     let width = header.number("width")?;
     let height = header.number("height")?;
@@ -60,6 +56,21 @@ pub fn read_pgm(bytes: &[u8]) -> Result<Picture, InvalidImage> {
     let grey = values.into_iter().map(|value| scaled(value, value_max)).collect();
     let side = |n: u64| u32::try_from(n).map_err(|_| InvalidImage::Size { width, height });
     Ok(Picture { width: side(width)?, height: side(height)?, grey, alpha: None })
+}
+
+fn is_binary(bytes: &[u8]) -> Result<bool, InvalidImage> {
+    match bytes.get(..2) {
+        Some(b"P5") => Ok(true),
+        Some(b"P2") => Ok(false),
+        _ => Err(InvalidImage::NotPgm),
+    }
+}
+
+/// Width and height that a PGM image promises, without reading it.
+pub(super) fn pgm_size(bytes: &[u8]) -> Result<(u64, u64), InvalidImage> {
+    is_binary(bytes)?;
+    let mut header = Tokens { bytes, position: 2 };
+    Ok((header.number("width")?, header.number("height")?))
 }
 
 /// Samples of one byte, or of two (the higher first) if the maximum needs them.
@@ -157,7 +168,11 @@ mod tests {
     #[test]
     fn says_what_is_wrong() {
         let message = |bytes: &[u8]| read_pgm(bytes).expect_err("malformed").to_string();
-        assert_eq!(message(b"P6 1 1 255\n"), "a PGM image begins with `P2` or `P5`", "colour");
+        assert_eq!(
+            message(b"P6 1 1 255\n"),
+            "neither a PNG image nor a PGM, which begins with `P2` or `P5`",
+            "colour"
+        );
         assert_eq!(message(b"P5 2 2 255\nabc"), "the image ends after 3 of 4 pixels", "short");
         assert_eq!(
             message(b"P5 2 2 0\nabcd"),

@@ -1,9 +1,14 @@
 //! An 8-bit grey picture, top row first, and how a raster becomes one.
 
+use super::pgm::{pgm_size, read_pgm};
+use super::png::{png_size, read_png};
 use crate::raster::Raster;
 
 /// Grey of a cell that was never observed, as `map_server` writes it.
 pub(super) const GREY_UNKNOWN: u8 = 205;
+
+/// The first bytes of every PNG file.
+const PNG_SIGNATURE: [u8; 8] = *b"\x89PNG\r\n\x1a\n";
 
 /// Pixels that a picture read from outside may have: a square kilometre at 0.05 m has 4e8, and
 /// nav2 refuses more than 32 767 a side.
@@ -43,6 +48,15 @@ pub enum InvalidImage {
         /// Rows.
         height: u64,
     },
+    /// The picture has more pixels than the caller takes.
+    TooLarge {
+        /// Pixels along a row.
+        width: u64,
+        /// Rows.
+        height: u64,
+        /// What is taken.
+        n_pixels_max: u64,
+    },
     /// The PNG decoder's own words.
     Png(String),
 }
@@ -50,7 +64,9 @@ pub enum InvalidImage {
 impl std::fmt::Display for InvalidImage {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::NotPgm => write!(f, "a PGM image begins with `P2` or `P5`"),
+            Self::NotPgm => {
+                write!(f, "neither a PNG image nor a PGM, which begins with `P2` or `P5`")
+            }
             Self::Header(reason) => write!(f, "malformed image header: {reason}"),
             Self::TooShort { n_pixels, n_expected } => {
                 write!(f, "the image ends after {n_pixels} of {n_expected} pixels")
@@ -58,12 +74,29 @@ impl std::fmt::Display for InvalidImage {
             Self::Size { width, height } => {
                 write!(f, "an image of {width} x {height} pixels; allowed are 1 to {N_PIXELS_MAX}")
             }
+            Self::TooLarge { width, height, n_pixels_max } => {
+                write!(f, "an image of {width} x {height} pixels; at most {n_pixels_max} are taken")
+            }
             Self::Png(reason) => write!(f, "not a readable PNG image: {reason}"),
         }
     }
 }
 
 impl std::error::Error for InvalidImage {}
+
+/// Reads a PNG or PGM image, whichever it is, of at most `n_pixels_max` pixels.
+///
+/// # Errors
+/// [`InvalidImage`] if it is neither, ends early, or has more pixels: before memory is asked for.
+pub fn read_picture(bytes: &[u8], n_pixels_max: u64) -> Result<Picture, InvalidImage> {
+    let is_png = bytes.starts_with(&PNG_SIGNATURE);
+    let (width, height) = if is_png { png_size(bytes)? } else { pgm_size(bytes)? };
+    match width.checked_mul(height) {
+        Some(n_pixels) if n_pixels <= n_pixels_max => {}
+        _ => return Err(InvalidImage::TooLarge { width, height, n_pixels_max }),
+    }
+    if is_png { read_png(bytes) } else { read_pgm(bytes) }
+}
 
 /// The number of pixels of a picture from outside, checked before memory is asked for.
 pub(super) fn n_pixels(width: u64, height: u64) -> Result<usize, InvalidImage> {

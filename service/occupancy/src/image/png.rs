@@ -71,6 +71,14 @@ pub fn read_png(bytes: &[u8]) -> Result<Picture, InvalidImage> {
     })
 }
 
+/// Width and height that a PNG image promises, without decoding it.
+pub(super) fn png_size(bytes: &[u8]) -> Result<(u64, u64), InvalidImage> {
+    let decoder = ::png::Decoder::new(std::io::Cursor::new(bytes));
+    let reader = decoder.read_info().map_err(|error| InvalidImage::Png(error.to_string()))?;
+    let (width, height) = reader.info().size();
+    Ok((u64::from(width), u64::from(height)))
+}
+
 /// Grey of a pixel with 1 (grey), 2 (and alpha), 3 (colour) or 4 (and alpha) samples.
 fn luma(pixel: &[u8]) -> u8 {
     match *pixel {
