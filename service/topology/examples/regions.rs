@@ -22,7 +22,7 @@ use meetpoint_occupancy::{cells_from_picture, read_pgm, read_png, read_yaml};
 use meetpoint_topology::{
     FreeSpace, MeetPoint, MeetPointParams, Partition, Pruning, RegionIndex, Segmentation,
     TopologyParams, clearance, constrictions, critical_lines, critical_points, meet_points,
-    partition, pruned, topological_graph, voronoi,
+    partition, pruned, segmentation, topological_graph, voronoi,
 };
 
 /// What has up to so many cells is no room.
@@ -114,7 +114,8 @@ fn cut(space: &FreeSpace, params: &TopologyParams) -> (Segmentation, Vec<MeetPoi
         n_groups(Pruning::Pairs),
         n_groups(Pruning::EndNodes)
     );
-    (Segmentation { clearance, voronoi, points, lines, partition }, meet_points)
+    assert_eq!(lines.len(), segmentation(space, params).lines.len());
+    (segmentation(space, params), meet_points)
 }
 
 /// Recall and precision against rooms.

@@ -27,7 +27,7 @@ pub struct CriticalParams {
 }
 
 /// A point of the diagram where the clearance is a local minimum.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct CriticalPoint {
     /// The cell, by its index in the free space.
     pub index: usize,
@@ -35,26 +35,70 @@ pub struct CriticalPoint {
     pub basis: [usize; 2],
 }
 
-/// The critical points of a diagram, in the order of their cells.
+/// The critical points of a diagram, in the order of the minima that they are the middles of.
 pub fn critical_points(
     voronoi: &Voronoi,
     clearance: &Clearance,
     params: &CriticalParams,
 ) -> Vec<CriticalPoint> {
-    let lattice = Lattice::new(voronoi.info());
-    let reach = params.epsilon_m / voronoi.info().frame.resolution_m();
+    let minima = minima(voronoi, clearance, params, voronoi.cells().iter().copied());
+    points_at(&minima, clearance, params)
+}
+
+/// Those of some cells of a diagram, in the same order, where the clearance is a local minimum.
+pub(crate) fn minima(
+    voronoi: &Voronoi,
+    clearance: &Clearance,
+    params: &CriticalParams,
+    cells: impl Iterator<Item = usize>,
+) -> Vec<usize> {
+    let reach = reach(voronoi, params);
     let mut neighborhood = Neighborhood::new(voronoi);
     let squared = clearance.squared();
-    let is_minimum: Vec<usize> = voronoi
-        .cells()
-        .iter()
-        .copied()
+    cells
         .filter(|&index| {
             voronoi.degree(index) == 2
                 && neighborhood.within(index, reach).all(|other| squared[index] <= squared[other])
         })
-        .collect();
-    let points = middles(lattice, &is_minimum).into_iter();
+        .collect()
+}
+
+/// Brings `minima` to what they are of a diagram now, given all cells, ascending, that came onto
+/// it, left it, or have another clearance.
+pub(crate) fn update_minima(
+    minima: &mut Vec<usize>,
+    voronoi: &Voronoi,
+    clearance: &Clearance,
+    params: &CriticalParams,
+    changed: &[usize],
+) {
+    let lattice = Lattice::new(voronoi.info());
+    // No way along the diagram is shorter than the larger of columns and rows.
+    let around = (reach(voronoi, params).ceil().min(f64::from(u32::MAX)) as usize).max(1);
+    let mut is_near = vec![false; voronoi.is_on().len()];
+    for &index in changed {
+        lattice.for_each_row(index, around, |cells| is_near[cells].fill(true));
+    }
+    let again = voronoi.cells().iter().copied().filter(|&index| is_near[index]);
+    let again = self::minima(voronoi, clearance, params, again);
+    minima.retain(|&index| !is_near[index]);
+    minima.extend(again);
+    minima.sort_unstable();
+}
+
+/// The paper's epsilon, in cells.
+fn reach(voronoi: &Voronoi, params: &CriticalParams) -> f64 {
+    params.epsilon_m / voronoi.info().frame.resolution_m()
+}
+
+/// The critical points among the minima of the clearance along a diagram.
+pub(crate) fn points_at(
+    minima: &[usize],
+    clearance: &Clearance,
+    params: &CriticalParams,
+) -> Vec<CriticalPoint> {
+    let lattice = Lattice::new(clearance.info());
+    let points = middles(lattice, minima).into_iter();
     points
         .filter_map(|index| {
             let (basis, opening_rad) = basis_points(lattice, clearance, index);

@@ -1,11 +1,13 @@
 //! Critical lines: a critical point's two basis points joined, and what is known of the line.
 
+use std::collections::HashMap;
+
 use crate::clearance::Clearance;
 use crate::critical::CriticalPoint;
 use crate::cut::{Crossing, crossings};
 use crate::free::FreeSpace;
 use crate::lattice::Lattice;
-use crate::opening::opening;
+use crate::opening::{opening, reach};
 
 /// A line across free space at a critical point.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,13 +31,67 @@ pub fn critical_lines(
     points: &[CriticalPoint],
     depth_m: f64,
 ) -> Vec<CriticalLine> {
-    let lattice = Lattice::new(open.info());
+    points.iter().map(|&point| line(open, clearance, point, depth_m)).collect()
+}
+
+/// The lines that were, brought to what they are of the space and the points now, given the cells,
+/// ascending, that opened or closed; and the crossings of lines that came or went.
+pub(crate) fn updated_lines(
+    before: Vec<CriticalLine>,
+    open: &FreeSpace,
+    clearance: &Clearance,
+    points: &[CriticalPoint],
+    depth_m: f64,
+    flipped: &[usize],
+) -> (Vec<CriticalLine>, Vec<Crossing>) {
+    let mut before: HashMap<CriticalPoint, CriticalLine> =
+        before.into_iter().map(|line| (line.point, line)).collect();
     let depth = depth_m / open.info().frame.resolution_m();
-    let line = |&point: &CriticalPoint| CriticalLine {
+    let lattice = Lattice::new(open.info());
+    let (mut lines, mut changed) = (vec![], vec![]);
+    for &point in points {
+        let now = match before.remove(&point) {
+            Some(line) if !sees(lattice, point.basis, depth, flipped) => line,
+            Some(_) => line(open, clearance, point, depth_m),
+            None => {
+                let line = line(open, clearance, point, depth_m);
+                changed.extend(&line.crossings);
+                line
+            }
+        };
+        lines.push(now);
+    }
+    changed.extend(before.into_values().flat_map(|line| line.crossings));
+    (lines, changed)
+}
+
+fn line(
+    open: &FreeSpace,
+    clearance: &Clearance,
+    point: CriticalPoint,
+    depth_m: f64,
+) -> CriticalLine {
+    let depth = depth_m / open.info().frame.resolution_m();
+    CriticalLine {
         point,
         clearance_m: clearance.at_m(point.index),
         opening: opening(open, point.basis, depth),
-        crossings: crossings(lattice, point.basis[0], point.basis[1]),
-    };
-    points.iter().map(line).collect()
+        crossings: crossings(Lattice::new(open.info()), point.basis[0], point.basis[1]),
+    }
+}
+
+/// Whether some of `cells`, ascending, are so near to a line that its opening may read them.
+fn sees(lattice: Lattice, [from, to]: [usize; 2], depth: f64, cells: &[usize]) -> bool {
+    let [dx, dy] = lattice.offset(from, to);
+    let length = (dx as f64).hypot(dy as f64);
+    let middle = lattice.moved(from, [dx / 2, dy / 2]);
+    // The middle is rounded to a cell, and so is what is read.
+    let reach = reach(length, depth).ceil().min(f64::from(u32::MAX)) as usize + 2;
+    let mut is_near = false;
+    lattice.for_each_row(middle, reach, |row| {
+        is_near |= cells[cells.partition_point(|&cell| cell < row.start)..]
+            .first()
+            .is_some_and(|&cell| cell < row.end);
+    });
+    is_near
 }

@@ -1,4 +1,4 @@
-//! Thresholding: which cells are free, and which obstacles are walls.
+//! Thresholding: which cells are free.
 //!
 //! ```text
 //! C = cells whose probability of "occupied" is below the threshold
@@ -6,15 +6,12 @@
 //!
 //! S. Thrun, "Learning metric-topological maps for indoor mobile robot navigation", Artificial
 //! Intelligence 99 (1998), section 3.1 (i). A cell that was never observed is not free.
-//!
-//! Legs of tables, pillars and speckle do not bound rooms: obstacles that stand alone and are
-//! small are no walls. Where the paper takes the Voronoi diagram of all obstacles, ours is that of
-//! the walls; regions are cut out of the cells that are truly free. Time and space O(cells).
+//! Time and space O(cells).
 
 use meetpoint_geometry::{Cell, GridInfo};
 use meetpoint_occupancy::Raster;
 
-use crate::lattice::Lattice;
+use crate::relocation::Relocation;
 
 /// Free cells of a grid, with a rim of cells that are not.
 #[derive(Clone, Debug, PartialEq)]
@@ -62,63 +59,29 @@ impl FreeSpace {
         &self.is_free
     }
 
-    /// The same space as if every obstacle that stands alone and is smaller than `extent_max_m`
-    /// (diagonal of its bounding box) were not there.
-    #[must_use]
-    pub fn without_islands(&self, extent_max_m: f64) -> Self {
-        let lattice = Lattice::new(self.info);
-        let mut is_free = self.is_free.clone();
-        let mut seen = self.is_free.clone();
-        for start in (0..seen.len()).filter(|&index| lattice.is_inside(index)) {
-            if seen[start] {
-                continue;
-            }
-            let (cells, is_alone) = obstacle(lattice, start, &mut seen);
-            let resolution_m = self.info.frame.resolution_m();
-            if is_alone && extent_m(lattice, &cells, resolution_m) < extent_max_m {
-                for cell in cells {
-                    is_free[cell] = true;
-                }
-            }
-        }
-        Self { info: self.info, is_free }
+    /// The same cells in another rectangle, where no others are free.
+    pub(crate) fn relocated(self, relocation: &Relocation) -> Self {
+        Self { info: relocation.to(), is_free: relocation.cells(self.is_free, false) }
     }
-}
 
-/// Cells not yet seen that hang together with `start` (8-connected), and whether none of them lies
-/// at the rim.
-fn obstacle(lattice: Lattice, start: usize, seen: &mut [bool]) -> (Vec<usize>, bool) {
-    seen[start] = true;
-    let (mut cells, mut is_alone) = (vec![start], true);
-    let mut next = 0;
-    while let Some(&cell) = cells.get(next) {
-        next += 1;
-        for neighbor in lattice.around(cell) {
-            if seen[neighbor] {
-                continue;
-            }
-            if lattice.is_inside(neighbor) {
-                seen[neighbor] = true;
-                cells.push(neighbor);
-            } else {
-                is_alone = false;
+    /// Cells, ascending, that are free in one of two spaces of the same rectangle only.
+    pub(crate) fn differences(&self, other: &Self) -> Vec<usize> {
+        let width = self.info.width as usize;
+        let mut differences = vec![];
+        let rows = self.is_free.chunks(width.max(1)).zip(other.is_free.chunks(width.max(1)));
+        for (y, (row, other)) in rows.enumerate() {
+            if row != other {
+                let cells = (0..row.len()).filter(|&x| row[x] != other[x]);
+                differences.extend(cells.map(|x| y * width + x));
             }
         }
+        differences
     }
-    (cells, is_alone)
-}
 
-/// Diagonal of the bounding box of cells, in metres.
-fn extent_m(lattice: Lattice, cells: &[usize], resolution_m: f64) -> f64 {
-    let (mut low, mut high) = ([i64::MAX; 2], [i64::MIN; 2]);
-    for place in cells.iter().map(|&cell| lattice.column_row(cell)) {
-        for axis in 0..2 {
-            low[axis] = low[axis].min(place[axis]);
-            high[axis] = high[axis].max(place[axis]);
-        }
+    /// Says that a cell is free, or that it is not. Not for the outermost ring.
+    pub(crate) fn set(&mut self, index: usize, is_free: bool) {
+        self.is_free[index] = is_free;
     }
-    let [x, y] = [0, 1].map(|axis| (high[axis] - low[axis] + 1) as f64 * resolution_m);
-    x.hypot(y)
 }
 
 #[cfg(test)]
@@ -152,19 +115,5 @@ mod tests {
                 assert!(!space.is_free()[0], "the rim is not");
             }
         }
-    }
-
-    #[test]
-    fn islands_go_and_walls_stay() {
-        // A pillar of two cells in a room; an obstacle in the corner touches the rim.
-        let mut cells = vec![true; 25];
-        for index in [6, 7, 24] {
-            cells[index] = false;
-        }
-        let space = FreeSpace::from_cells(info(5, 5), &cells);
-        let n_free = |space: &FreeSpace| space.is_free().iter().filter(|&&free| free).count();
-        assert_eq!(n_free(&space), 22, "as drawn");
-        assert_eq!(n_free(&space.without_islands(0.12)), 24, "0.1 m by 0.05 m");
-        assert_eq!(n_free(&space.without_islands(0.11)), 22, "its diagonal is 0.112 m");
     }
 }

@@ -1,5 +1,7 @@
 //! Rectangles of cells with a rim: neighbours without asking for the edge.
 
+use std::ops::Range;
+
 use meetpoint_geometry::{Cell, GridInfo};
 
 /// Row-major cells of a rectangle whose outermost ring is never stepped from.
@@ -69,13 +71,27 @@ impl Lattice {
             && row + 1 < i64::from(self.info.height)
     }
 
-    /// The cell that holds a point given in columns and rows, `None` outside.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside, checked")]
-    pub(crate) fn index_at(self, [column, row]: [f64; 2]) -> Option<usize> {
-        let is_inside = 0.0 <= column
-            && column < f64::from(self.info.width)
-            && 0.0 <= row
-            && row < f64::from(self.info.height);
-        is_inside.then(|| row as usize * self.width + column as usize)
+    /// Tells `row` of the cells up to so many columns and rows away, row by row, as far as they lie
+    /// within the rectangle.
+    pub(crate) fn for_each_row(self, index: usize, away: usize, mut row: impl FnMut(Range<usize>)) {
+        let (column, middle) = (index % self.width, index / self.width);
+        let last = (self.info.height as usize).saturating_sub(1);
+        let end = (column.saturating_add(away).saturating_add(1)).min(self.width);
+        for y in middle.saturating_sub(away)..=middle.saturating_add(away).min(last) {
+            row(y * self.width + column.saturating_sub(away)..y * self.width + end);
+        }
+    }
+
+    /// The cell that holds a point given in columns and rows from the corner of a cell at
+    /// `origin`, `None` outside.
+    pub(crate) fn index_at(self, origin: [i64; 2], at: [f64; 2]) -> Option<usize> {
+        #[expect(clippy::cast_possible_truncation, reason = "saturates, and is outside then")]
+        let [column, row] = [0, 1].map(|axis| origin[axis].saturating_add(at[axis].floor() as i64));
+        let is_inside = (0..i64::from(self.info.width)).contains(&column)
+            && (0..i64::from(self.info.height)).contains(&row);
+        if !is_inside {
+            return None;
+        }
+        usize::try_from(row * i64::from(self.info.width) + column).ok()
     }
 }

@@ -1,6 +1,7 @@
 //! Regions of a grid and how they hang together, read off the Voronoi diagram of its walls.
 
 mod clearance;
+mod clearance_update;
 mod constriction;
 mod critical;
 mod critical_line;
@@ -8,14 +9,18 @@ mod cut;
 mod free;
 mod graph;
 mod ids;
+mod islands;
 mod lattice;
 mod meet_points;
 mod neighborhood;
 mod opening;
 mod pruning;
 mod regions;
+mod relocation;
+mod resegmentation;
 mod segmentation;
 mod spurs;
+mod thinning;
 mod union;
 mod voronoi;
 mod walk;
@@ -31,5 +36,6 @@ pub use ids::{ArcId, Becoming, Counters, Ids, RegionId, Snapshot, carried_ids, f
 pub use meet_points::{MeetPoint, MeetPointKind, MeetPointParams, meet_points};
 pub use pruning::{Pruning, pruned};
 pub use regions::{Partition, RegionIndex, partition};
+pub use resegmentation::resegmentation;
 pub use segmentation::{Segmentation, TopologyParams, segmentation};
 pub use voronoi::{Voronoi, VoronoiParams, voronoi};

@@ -22,11 +22,12 @@ const STEP: f64 = 0.5;
 /// Opening of the line between two obstacle cells; `depth` in cells.
 pub(crate) fn opening(open: &FreeSpace, basis: [usize; 2], depth: f64) -> f64 {
     let lattice = Lattice::new(open.info());
-    let [from, to] = basis.map(|index| lattice.column_row(index).map(|n| n as f64 + 0.5));
-    let length = (to[0] - from[0]).hypot(to[1] - from[1]);
-    let along = [0, 1].map(|axis| (to[axis] - from[axis]) / length);
-    let middle = [0, 1].map(|axis| f64::midpoint(from[axis], to[axis]));
-    let walker = Walker { open, lattice };
+    let [dx, dy] = lattice.offset(basis[0], basis[1]).map(|n| n as f64);
+    let length = dx.hypot(dy);
+    let along = [dx / length, dy / length];
+    // From the corner of the first cell to the middle between the two centres.
+    let middle = [dx, dy].map(|d| f64::midpoint(1.0, d));
+    let walker = Walker { open, lattice, origin: lattice.column_row(basis[0]) };
     let of_side = |normal: [f64; 2]| {
         let mut widest = 0.0_f64;
         let mut away = 0.0;
@@ -45,14 +46,23 @@ pub(crate) fn opening(open: &FreeSpace, basis: [usize; 2], depth: f64) -> f64 {
     of_side([-along[1], along[0]]).min(of_side([along[1], -along[0]]))
 }
 
+/// How far from the middle of its line `opening` looks, in cells.
+pub(crate) fn reach(length: f64, depth: f64) -> f64 {
+    (OPENING_MAX * length).hypot(depth) + STEP
+}
+
 struct Walker<'a> {
     open: &'a FreeSpace,
     lattice: Lattice,
+    /// Column and row from which points are counted: the line's own, lest rounding depend on where
+    /// the rectangle begins.
+    origin: [i64; 2],
 }
 
 impl Walker<'_> {
     fn is_free(&self, at: [f64; 2]) -> bool {
-        self.lattice.index_at(at).is_some_and(|index| self.open.is_free()[index])
+        let index = self.lattice.index_at(self.origin, at);
+        index.is_some_and(|index| self.open.is_free()[index])
     }
 
     /// Free way from a point in a direction, at most `reach`, in cells.

@@ -12,6 +12,7 @@ use meetpoint_geometry::GridInfo;
 use crate::cut::Crossing;
 use crate::free::FreeSpace;
 use crate::lattice::Lattice;
+use crate::relocation::Relocation;
 
 /// A region of one partition, counted from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -48,6 +49,12 @@ impl Partition {
         (region != NOT_FREE).then_some(RegionIndex(region))
     }
 
+    /// The same in another rectangle.
+    pub(crate) fn relocated(self, relocation: &Relocation) -> Self {
+        let of_cell = relocation.cells(self.of_cell, NOT_FREE);
+        Self { info: relocation.to(), n_regions: self.n_regions, of_cell }
+    }
+
     /// The partition with regions joined: `group` names for every region one that stands for all
     /// of its group. Regions are counted anew, in the order of their first cells.
     #[must_use]
@@ -69,34 +76,93 @@ impl Partition {
 
 /// Connected free cells, no step crossing a cut; counted in the order of their first cells.
 pub fn partition<'a>(space: &FreeSpace, cuts: impl IntoIterator<Item = &'a Crossing>) -> Partition {
+    let info = space.info();
+    let nothing = Partition { info, n_regions: 0, of_cell: vec![NOT_FREE; info.n_cells()] };
+    nothing.filled(space, 0..info.n_cells(), &Cuts::new(space, cuts))
+}
+
+/// Brings `before`, a partition of the same rectangle, to what it is of `space` between `cuts`,
+/// given the cells that became free or ceased to be, and the cuts that came or went.
+pub(crate) fn updated_partition<'a>(
+    before: Partition,
+    space: &FreeSpace,
+    cuts: impl IntoIterator<Item = &'a Crossing>,
+    differences: &[usize],
+    changed_cuts: impl IntoIterator<Item = &'a Crossing>,
+) -> Partition {
     let lattice = Lattice::new(space.info());
-    let both_ways = |cut: &Crossing| [(cut.left, cut.right), (cut.right, cut.left)];
-    let cuts: HashSet<(usize, usize)> = cuts.into_iter().flat_map(both_ways).collect();
-    let mut is_cut = vec![false; space.is_free().len()];
-    for &(from, _) in &cuts {
-        is_cut[from] = true;
-    }
-    let mut of_cell = vec![NOT_FREE; space.is_free().len()];
-    let mut n_regions = 0;
-    let mut open = vec![];
-    for start in 0..of_cell.len() {
-        if !space.is_free()[start] || of_cell[start] != NOT_FREE {
-            continue;
+    let mut is_touched = vec![false; before.n_regions as usize];
+    let near = differences.iter().flat_map(|&index| lattice.beside(index));
+    let beside_cuts = changed_cuts.into_iter().flat_map(|cut| [cut.left, cut.right]);
+    for index in differences.iter().copied().chain(near).chain(beside_cuts) {
+        if let Some(RegionIndex(region)) = before.region_at(index) {
+            is_touched[region as usize] = true;
         }
-        of_cell[start] = n_regions;
-        open.push(start);
-        while let Some(index) = open.pop() {
-            for neighbor in lattice.beside(index) {
-                let is_new = space.is_free()[neighbor] && of_cell[neighbor] == NOT_FREE;
-                if is_new && !(is_cut[index] && cuts.contains(&(index, neighbor))) {
-                    of_cell[neighbor] = n_regions;
-                    open.push(neighbor);
+    }
+    let mut without = before;
+    let mut again = vec![];
+    for (index, region) in without.of_cell.iter_mut().enumerate() {
+        if is_touched.get(*region as usize) == Some(&true) {
+            *region = NOT_FREE;
+            again.push(index);
+        }
+    }
+    again.extend(differences);
+    without.filled(space, again, &Cuts::new(space, cuts)).joined(|region| region)
+}
+
+/// Cuts, to be asked for by step.
+struct Cuts {
+    steps: HashSet<(usize, usize)>,
+    /// Whether a step from the cell is cut.
+    is_beside: Vec<bool>,
+}
+
+impl Cuts {
+    fn new<'a>(space: &FreeSpace, cuts: impl IntoIterator<Item = &'a Crossing>) -> Self {
+        let both_ways = |cut: &Crossing| [(cut.left, cut.right), (cut.right, cut.left)];
+        let steps: HashSet<(usize, usize)> = cuts.into_iter().flat_map(both_ways).collect();
+        let mut is_beside = vec![false; space.is_free().len()];
+        for &(from, _) in &steps {
+            is_beside[from] = true;
+        }
+        Self { steps, is_beside }
+    }
+
+    fn parts(&self, from: usize, to: usize) -> bool {
+        self.is_beside[from] && self.steps.contains(&(from, to))
+    }
+}
+
+impl Partition {
+    /// New regions from free cells that have none, each from the first of `starts` that lies in it.
+    fn filled(
+        mut self,
+        space: &FreeSpace,
+        starts: impl IntoIterator<Item = usize>,
+        cuts: &Cuts,
+    ) -> Self {
+        let lattice = Lattice::new(space.info());
+        let mut open = vec![];
+        for start in starts {
+            if !space.is_free()[start] || self.of_cell[start] != NOT_FREE {
+                continue;
+            }
+            self.of_cell[start] = self.n_regions;
+            open.push(start);
+            while let Some(index) = open.pop() {
+                for neighbor in lattice.beside(index) {
+                    let is_new = space.is_free()[neighbor] && self.of_cell[neighbor] == NOT_FREE;
+                    if is_new && !cuts.parts(index, neighbor) {
+                        self.of_cell[neighbor] = self.n_regions;
+                        open.push(neighbor);
+                    }
                 }
             }
+            self.n_regions += 1;
         }
-        n_regions += 1;
+        self
     }
-    Partition { info: space.info(), n_regions, of_cell }
 }
 
 /// Crossings between two different regions, by the pair of regions, the smaller index first.

@@ -7,11 +7,11 @@ use std::f64::consts::PI;
 
 use crate::clearance::{Clearance, clearance};
 use crate::constriction::{ConstrictionParams, constrictions};
-use crate::critical::{CriticalParams, CriticalPoint, critical_points};
+use crate::critical::{CriticalParams, CriticalPoint, minima, points_at};
 use crate::critical_line::{CriticalLine, critical_lines};
 use crate::free::FreeSpace;
 use crate::regions::{Partition, partition};
-use crate::voronoi::{Voronoi, VoronoiParams, voronoi};
+use crate::voronoi::{Making, Voronoi, VoronoiParams};
 
 /// Tunables of [`segmentation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,7 +49,7 @@ impl TopologyParams {
 }
 
 /// What is found on the way from free cells to regions.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Segmentation {
     /// Distance of every cell to the walls.
     pub clearance: Clearance,
@@ -61,16 +61,50 @@ pub struct Segmentation {
     pub lines: Vec<CriticalLine>,
     /// The regions of the free cells.
     pub partition: Partition,
+    /// What it was found from, and on the way.
+    pub(crate) trace: Trace,
+}
+
+/// What is kept so that a change of the space costs no more than it must.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Trace {
+    pub(crate) params: TopologyParams,
+    pub(crate) space: FreeSpace,
+    /// The space without islands.
+    pub(crate) open: FreeSpace,
+    pub(crate) making: Making,
+    /// Cells of the diagram where the clearance is a local minimum.
+    pub(crate) minima: Vec<usize>,
+    /// One a critical point.
+    pub(crate) lines: Vec<CriticalLine>,
+    /// Regions between all of those.
+    pub(crate) fine: Partition,
 }
 
 /// Cuts free space into regions. Time O(cells log cells), space O(cells).
 pub fn segmentation(space: &FreeSpace, params: &TopologyParams) -> Segmentation {
     let open = space.without_islands(params.island_extent_max_m);
     let clearance = clearance(&open);
-    let voronoi = voronoi(&open, &clearance, &params.voronoi);
-    let points = critical_points(&voronoi, &clearance, &params.critical);
-    let all = critical_lines(&open, &clearance, &points, params.constriction.depth_m);
-    let fine = partition(space, all.iter().flat_map(|line| &line.crossings));
-    let (lines, partition) = constrictions(&fine, all, &clearance, &params.constriction);
-    Segmentation { clearance, voronoi, points, lines, partition }
+    let making = Making::new(&open, &clearance, &params.voronoi);
+    let voronoi = making.voronoi(&open, &clearance);
+    let minima = minima(&voronoi, &clearance, &params.critical, voronoi.cells().iter().copied());
+    let points = points_at(&minima, &clearance, &params.critical);
+    let lines = critical_lines(&open, &clearance, &points, params.constriction.depth_m);
+    let fine = partition(space, lines.iter().flat_map(|line| &line.crossings));
+    let trace = Trace { params: *params, space: space.clone(), open, making, minima, lines, fine };
+    trace.segmentation(clearance, voronoi, points)
+}
+
+impl Trace {
+    /// The last step: which lines are doors.
+    pub(crate) fn segmentation(
+        self,
+        clearance: Clearance,
+        voronoi: Voronoi,
+        points: Vec<CriticalPoint>,
+    ) -> Segmentation {
+        let (lines, partition) =
+            constrictions(&self.fine, self.lines.clone(), &clearance, &self.params.constriction);
+        Segmentation { clearance, voronoi, points, lines, partition, trace: self }
+    }
 }

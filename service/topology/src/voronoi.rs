@@ -9,15 +9,17 @@
 //!
 //! S. Thrun, Artificial Intelligence 99 (1998), section 3.1 (ii), asks for two *different*
 //! equidistant basis points; on a grid every cell of a wall is a basis point of its own, so that
-//! "different" needs a measure. Cells are peeled off from the walls inwards, a cell only if the
-//! topology stays the same: C. Pudney, "Distance-ordered homotopic thinning", Computer Vision and
-//! Image Understanding 72 (1998). Time O(cells log cells), space O(cells).
+//! "different" needs a measure. How cells are peeled off is in `thinning.rs`: first all that neither
+//! lie beside a bisector nor hold the diagram together, then lines a cell wide are made of what is
+//! left. Time O(cells log cells), space O(cells).
 
 use meetpoint_geometry::GridInfo;
 
 use crate::clearance::Clearance;
 use crate::free::FreeSpace;
 use crate::lattice::Lattice;
+use crate::relocation::Relocation;
+use crate::thinning::{NEVER, Thinning};
 
 /// Tunables of [`voronoi`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,7 +32,7 @@ pub struct VoronoiParams {
 }
 
 /// The diagram's cells.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Voronoi {
     info: GridInfo,
     is_on: Vec<bool>,
@@ -63,6 +65,12 @@ impl Voronoi {
         (0..8).filter(|&at| on[at] && !on[(at + 7) % 8]).count()
     }
 
+    /// The same in another rectangle.
+    pub(crate) fn relocated(self, relocation: &Relocation) -> Self {
+        let cells = self.cells.into_iter().map(|index| relocation.index(index)).collect();
+        Self { info: relocation.to(), is_on: relocation.cells(self.is_on, false), cells }
+    }
+
     /// Takes cells off the diagram.
     pub(crate) fn take_off(&mut self, cells: &[usize]) {
         for &index in cells {
@@ -74,48 +82,179 @@ impl Voronoi {
 
 /// The Voronoi diagram of the walls of `open`.
 pub fn voronoi(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> Voronoi {
-    let anchors = anchors(open, clearance, params);
-    let mut is_on = open.is_free().to_vec();
-    let mut order: Vec<usize> = (0..is_on.len()).filter(|&index| is_on[index]).collect();
-    order.sort_unstable_by_key(|&index| (clearance.squared()[index], index));
-    let lattice = Lattice::new(open.info());
-    let mut thinning = Thinning { lattice, clearance, is_on: &mut is_on };
-    thinning.peel(&order, |index, _| anchors[index]);
-    thinning.peel(&order, |index, n_neighbors| n_neighbors < 2 && anchors[index]);
-    let cells = (0..is_on.len()).filter(|&index| is_on[index]).collect();
-    Voronoi { info: open.info(), is_on, cells }
+    Making::new(open, clearance, params).voronoi(open, clearance)
 }
 
-/// Cells beside the bisector of two different basis points, on its nearer side: lines about one
-/// cell wide, with gaps. W. Hesselink and J. Roerdink, "Euclidean skeletons of digital image and
-/// volume data in linear time by the integer medial axis transform", IEEE Transactions on Pattern
-/// Analysis and Machine Intelligence 30 (2008).
-fn anchors(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> Vec<bool> {
-    let lattice = Lattice::new(open.info());
-    let resolution_m = open.info().frame.resolution_m();
-    let distance_squared_min = (params.basis_distance_min_m / resolution_m).powi(2);
-    let cosine_max = params.basis_angle_min_rad.cos();
-    let basis = |index: usize| clearance.basis()[index] as usize;
-    let mut anchors = vec![false; open.is_free().len()];
-    for index in (0..anchors.len()).filter(|&index| open.is_free()[index]) {
-        let [right, above, ..] = lattice.beside(index);
-        for neighbor in [right, above].into_iter().filter(|&index| open.is_free()[index]) {
-            let (own, other) = (basis(index), basis(neighbor));
-            let apart = lattice.distance_squared(own, other) as f64;
-            if apart < distance_squared_min
-                || cosine_max < cosine(lattice.offset(index, own), lattice.offset(index, other))
-            {
-                continue;
+/// How a diagram came about.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Making {
+    /// Cells beside the bisector of two different basis points.
+    is_anchor: Vec<bool>,
+    /// In whose turn every cell was removed first, when no anchors were.
+    removed_by: Vec<u32>,
+}
+
+impl Making {
+    /// All afresh.
+    pub(crate) fn new(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> Self {
+        let is_anchor = Bisectors::new(open, clearance, params).all();
+        let n_cells = is_anchor.len();
+        let mut removed_by = vec![NEVER; n_cells];
+        let free = (0..n_cells).filter(|&index| open.is_free()[index]);
+        thinning(open, clearance, &is_anchor, &mut removed_by).peel(free);
+        Self { is_anchor, removed_by }
+    }
+
+    /// Brings it to what it is now, given the cells, ascending, that opened or closed, and those
+    /// whose clearance or basis point changed.
+    pub(crate) fn update(
+        &mut self,
+        open: &FreeSpace,
+        clearance: &Clearance,
+        params: &VoronoiParams,
+        [flipped, moved]: [&[usize]; 2],
+    ) {
+        let lattice = Lattice::new(open.info());
+        let bisectors = Bisectors::new(open, clearance, params);
+        let mut changed = [flipped, moved].concat();
+        let near = changed.iter().flat_map(|&index| lattice.beside(index));
+        let mut asked: Vec<usize> = near.chain(changed.iter().copied()).collect();
+        asked.sort_unstable();
+        asked.dedup();
+        for index in asked {
+            let is_anchor = bisectors.pass_by(index);
+            if self.is_anchor[index] != is_anchor {
+                self.is_anchor[index] = is_anchor;
+                changed.push(index);
             }
-            // Twice the middle of the step against twice the middle of the basis points.
-            let [a, b, step] = [own, other, neighbor].map(|to| lattice.offset(index, to));
-            let beyond = (0..2)
-                .map(|axis| (b[axis] - a[axis]) * (step[axis] - a[axis] - b[axis]))
-                .sum::<i64>();
-            anchors[if 0 <= beyond { index } else { neighbor }] = true;
+        }
+        changed.sort_unstable();
+        changed.dedup();
+        thinning(open, clearance, &self.is_anchor, &mut self.removed_by).repeat(&changed);
+    }
+
+    /// The diagram: anchors and what holds them together, made one cell wide; ends stay where they
+    /// are.
+    pub(crate) fn voronoi(&self, open: &FreeSpace, clearance: &Clearance) -> Voronoi {
+        let stays = |index: usize| open.is_free()[index] && self.removed_by[index] == NEVER;
+        let mut is_on: Vec<bool> = (0..open.is_free().len()).map(stays).collect();
+        let mut cells: Vec<usize> = (0..is_on.len()).filter(|&index| is_on[index]).collect();
+        let mut removed_by = vec![NEVER; is_on.len()];
+        let is_kept = |index: usize, n_neighbors: usize| n_neighbors < 2 && self.is_anchor[index];
+        let lattice = Lattice::new(open.info());
+        let squared = clearance.squared();
+        let removed = &mut removed_by;
+        Thinning { lattice, is_open: &is_on, squared, removed_by: removed, is_kept }
+            .peel(cells.iter().copied());
+        cells.retain(|&index| {
+            is_on[index] = removed_by[index] == NEVER;
+            is_on[index]
+        });
+        Voronoi { info: open.info(), is_on, cells }
+    }
+
+    /// The same in another rectangle.
+    pub(crate) fn relocated(self, relocation: &Relocation) -> Self {
+        if relocation.is_nothing() {
+            return self;
+        }
+        let removed_by = self.removed_by.iter().map(|&by| relocation.index_u32(by)).collect();
+        Self {
+            is_anchor: relocation.cells(self.is_anchor, false),
+            removed_by: relocation.cells(removed_by, NEVER),
         }
     }
-    anchors
+}
+
+/// The first thinning, which leaves anchors alone.
+fn thinning<'a>(
+    open: &'a FreeSpace,
+    clearance: &'a Clearance,
+    is_anchor: &'a [bool],
+    removed_by: &'a mut [u32],
+) -> Thinning<'a, impl Fn(usize, usize) -> bool> {
+    Thinning {
+        lattice: Lattice::new(open.info()),
+        is_open: open.is_free(),
+        squared: clearance.squared(),
+        removed_by,
+        is_kept: |index, _| is_anchor[index],
+    }
+}
+
+/// Bisectors of different basis points. W. Hesselink and J. Roerdink, "Euclidean skeletons of
+/// digital image and volume data in linear time by the integer medial axis transform", IEEE
+/// Transactions on Pattern Analysis and Machine Intelligence 30 (2008).
+struct Bisectors<'a> {
+    lattice: Lattice,
+    open: &'a FreeSpace,
+    clearance: &'a Clearance,
+    distance_squared_min: f64,
+    cosine_max: f64,
+}
+
+impl<'a> Bisectors<'a> {
+    fn new(open: &'a FreeSpace, clearance: &'a Clearance, params: &VoronoiParams) -> Self {
+        let resolution_m = open.info().frame.resolution_m();
+        Self {
+            lattice: Lattice::new(open.info()),
+            open,
+            clearance,
+            distance_squared_min: (params.basis_distance_min_m / resolution_m).powi(2),
+            cosine_max: params.basis_angle_min_rad.cos(),
+        }
+    }
+
+    /// For every cell whether it lies beside a bisector, on its nearer side: lines about one cell
+    /// wide, with gaps.
+    fn all(&self) -> Vec<bool> {
+        let is_free = self.open.is_free();
+        let mut are_beside = vec![false; is_free.len()];
+        for index in (0..is_free.len()).filter(|&index| is_free[index]) {
+            let [right, above, ..] = self.lattice.beside(index);
+            for neighbor in [right, above].into_iter().filter(|&index| is_free[index]) {
+                if let Some(nearer) = self.nearer(index, neighbor) {
+                    are_beside[nearer] = true;
+                }
+            }
+        }
+        are_beside
+    }
+
+    /// The same of one cell.
+    fn pass_by(&self, index: usize) -> bool {
+        let is_free = self.open.is_free();
+        if !is_free[index] {
+            return false;
+        }
+        let [right, above, left, below] = self.lattice.beside(index);
+        [right, above]
+            .into_iter()
+            .any(|other| is_free[other] && self.nearer(index, other) == Some(index))
+            || [left, below]
+                .into_iter()
+                .any(|other| is_free[other] && self.nearer(other, index) == Some(index))
+    }
+
+    /// Which of two neighbours, the left or lower one first, is nearer to the bisector between
+    /// them; `None` if none is there, or it is one of two basis points on the same wall.
+    fn nearer(&self, index: usize, neighbor: usize) -> Option<usize> {
+        let [own, other] = [index, neighbor].map(|cell| self.clearance.basis()[cell] as usize);
+        if own == other && 0.0 < self.distance_squared_min {
+            return None;
+        }
+        let lattice = self.lattice;
+        let apart = lattice.distance_squared(own, other) as f64;
+        let [a, b] = [own, other].map(|to| lattice.offset(index, to));
+        if apart < self.distance_squared_min || self.cosine_max < cosine(a, b) {
+            return None;
+        }
+        // Twice the middle of the step against twice the middle of the basis points.
+        let step = lattice.offset(index, neighbor);
+        let beyond =
+            (0..2).map(|axis| (b[axis] - a[axis]) * (step[axis] - a[axis] - b[axis])).sum::<i64>();
+        Some(if 0 <= beyond { index } else { neighbor })
+    }
 }
 
 /// Cosine of the angle between two directions; 1 if one has no length.
@@ -123,44 +262,4 @@ pub(crate) fn cosine(a: [i64; 2], b: [i64; 2]) -> f64 {
     let dot = |a: [i64; 2], b: [i64; 2]| (a[0] * b[0] + a[1] * b[1]) as f64;
     let lengths = (dot(a, a) * dot(b, b)).sqrt();
     if lengths == 0.0 { 1.0 } else { dot(a, b) / lengths }
-}
-
-struct Thinning<'a> {
-    lattice: Lattice,
-    clearance: &'a Clearance,
-    is_on: &'a mut [bool],
-}
-
-impl Thinning<'_> {
-    /// Takes cells off in the given order, each if the topology allows it and `is_kept` does not
-    /// forbid it; a cell that was refused is asked again when a neighbour has gone.
-    fn peel(&mut self, order: &[usize], is_kept: impl Fn(usize, usize) -> bool) {
-        let key = |clearance: &Clearance, index: usize| (clearance.squared()[index], index);
-        let mut again = vec![];
-        for &next in order {
-            again.push(next);
-            while let Some(index) = again.pop() {
-                if !self.is_on[index] || !self.is_simple(index, &is_kept) {
-                    continue;
-                }
-                self.is_on[index] = false;
-                let passed = |&neighbor: &usize| {
-                    self.is_on[neighbor]
-                        && key(self.clearance, neighbor) < key(self.clearance, next)
-                };
-                again.extend(self.lattice.around(index).into_iter().filter(passed));
-            }
-        }
-    }
-
-    /// Whether the cell can go without tearing, joining or emptying anything: its neighbours on
-    /// the diagram hang together (8-connected), and so do those off it (4-connected).
-    fn is_simple(&self, index: usize, is_kept: &impl Fn(usize, usize) -> bool) -> bool {
-        let on = self.lattice.around(index).map(|neighbor| self.is_on[neighbor]);
-        let n_neighbors = on.iter().filter(|&&is_on| is_on).count();
-        // Yokoi's connectivity number.
-        let crossings =
-            [0, 2, 4, 6].iter().filter(|&&at| !on[at] && (on[at + 1] || on[(at + 2) % 8])).count();
-        crossings == 1 && !is_kept(index, n_neighbors)
-    }
 }

@@ -1,0 +1,116 @@
+//! The regions of a space that has changed a little.
+//!
+//! Every step of [`segmentation`] looks at what the step before it changed, and at nothing else:
+//! obstacles beside cells that differ, clearance between walls there, turns of the thinning that saw
+//! something new, critical points within epsilon along the diagram, lines that look into changed
+//! space, fine regions that hold changed cells or cuts. Two steps are done in full, because a local
+//! change reaches through the whole graph or they are but a walk over the cells of lines: making the
+//! diagram one cell wide, and the choice among some hundred lines.
+//!
+//! Whatever was before, the result is that of [`segmentation`], bit for bit. Time O(what the change
+//! reaches + cells), where the second term is reading and writing rows.
+
+use crate::clearance_update::update_clearance;
+use crate::critical::{CriticalPoint, points_at, update_minima};
+use crate::critical_line::{CriticalLine, updated_lines};
+use crate::free::FreeSpace;
+use crate::islands::update_walls;
+use crate::regions::updated_partition;
+use crate::relocation::Relocation;
+use crate::segmentation::{Segmentation, Trace, segmentation};
+use crate::voronoi::Voronoi;
+
+/// Cuts a space into regions, given those of the space as it was, with the same parameters. A
+/// space whose rectangle does not hold that of the one before is cut afresh.
+pub fn resegmentation(before: Segmentation, space: &FreeSpace) -> Segmentation {
+    let Some(relocation) = Relocation::new(before.trace.space.info(), space.info()) else {
+        return segmentation(space, &before.trace.params);
+    };
+    let mut before = before.relocated(&relocation);
+    let differences = before.trace.space.differences(space);
+    if differences.is_empty() {
+        return before;
+    }
+    let Trace { params, space: old_space, mut open, mut making, mut minima, lines, fine } =
+        before.trace;
+    let spaces = [&old_space, space];
+    let flipped = update_walls(&mut open, spaces, &differences, params.island_extent_max_m);
+    let moved = update_clearance(&mut before.clearance, &open, &flipped);
+    let clearance = before.clearance;
+    making.update(&open, &clearance, &params.voronoi, [&flipped, &moved]);
+    let voronoi = making.voronoi(&open, &clearance);
+    let changed = changed_on(&before.voronoi, &voronoi, &moved);
+    update_minima(&mut minima, &voronoi, &clearance, &params.critical, &changed);
+    let points = points_at(&minima, &clearance, &params.critical);
+    let depth_m = params.constriction.depth_m;
+    let (lines, changed_cuts) = updated_lines(lines, &open, &clearance, &points, depth_m, &flipped);
+    let cuts = lines.iter().flat_map(|line| &line.crossings);
+    let fine = updated_partition(fine, space, cuts, &differences, &changed_cuts);
+    let trace = Trace { params, space: space.clone(), open, making, minima, lines, fine };
+    trace.segmentation(clearance, voronoi, points)
+}
+
+/// Cells, ascending, that came onto the diagram or left it, and those on it among `moved`, cells
+/// with another clearance.
+fn changed_on(before: &Voronoi, now: &Voronoi, moved: &[usize]) -> Vec<usize> {
+    let is_news = |&index: &usize| before.is_on()[index] != now.is_on()[index];
+    let came_or_left = before.cells().iter().chain(now.cells()).copied().filter(is_news);
+    let moved_on = moved.iter().copied().filter(|&index| now.is_on()[index]);
+    let mut changed: Vec<usize> = came_or_left.chain(moved_on).collect();
+    changed.sort_unstable();
+    changed.dedup();
+    changed
+}
+
+impl Segmentation {
+    /// The same in another rectangle.
+    fn relocated(self, relocation: &Relocation) -> Self {
+        if relocation.is_nothing() {
+            return self;
+        }
+        let Self { clearance, voronoi, mut points, mut lines, partition, trace } = self;
+        let Trace { params, space, open, making, mut minima, lines: mut all_lines, fine } = trace;
+        for point in &mut points {
+            point.relocate(relocation);
+        }
+        for line in lines.iter_mut().chain(&mut all_lines) {
+            line.relocate(relocation);
+        }
+        for index in &mut minima {
+            *index = relocation.index(*index);
+        }
+        Self {
+            clearance: clearance.relocated(relocation),
+            voronoi: voronoi.relocated(relocation),
+            points,
+            lines,
+            partition: partition.relocated(relocation),
+            trace: Trace {
+                params,
+                space: space.relocated(relocation),
+                open: open.relocated(relocation),
+                making: making.relocated(relocation),
+                minima,
+                lines: all_lines,
+                fine: fine.relocated(relocation),
+            },
+        }
+    }
+}
+
+impl CriticalLine {
+    fn relocate(&mut self, relocation: &Relocation) {
+        self.point.relocate(relocation);
+        for crossing in &mut self.crossings {
+            crossing.left = relocation.index(crossing.left);
+            crossing.right = relocation.index(crossing.right);
+        }
+    }
+}
+
+impl CriticalPoint {
+    fn relocate(&mut self, relocation: &Relocation) {
+        self.index = relocation.index(self.index);
+        self.basis = self.basis.map(|index| relocation.index(index));
+    }
+}
