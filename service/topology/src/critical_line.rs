@@ -19,7 +19,7 @@ pub struct CriticalLine {
     /// How far space opens up behind the line, on the side where it is less, as a multiple of the
     /// line's length; 0 if nothing is free there.
     pub opening: f64,
-    /// Steps between neighbouring cells that the line cuts, free or not.
+    /// Steps between neighbouring cells that the line cuts, none of which belongs to a wall.
     pub crossings: Vec<Crossing>,
 }
 
@@ -72,11 +72,15 @@ fn line(
     depth_m: f64,
 ) -> CriticalLine {
     let depth = depth_m / open.info().frame.resolution_m();
+    let mut crossings = crossings(Lattice::new(open.info()), point.basis[0], point.basis[1]);
+    crossings.retain(|crossing| {
+        [crossing.left, crossing.right].into_iter().all(|index| open.is_free()[index])
+    });
     CriticalLine {
         point,
         clearance_m: clearance.at_m(point.index),
         opening: opening(open, point.basis, depth),
-        crossings: crossings(Lattice::new(open.info()), point.basis[0], point.basis[1]),
+        crossings,
     }
 }
 
