@@ -18,14 +18,17 @@
 //! et al., ESA 2012. Exact for whatever costs the regions' tables hold. With h nodes in the
 //! ancestors of a gate: space O(nodes · h), time O(nodes · h²).
 
+use std::sync::Arc;
+
 use crate::cost::{Cost, UNREACHABLE};
 use crate::hierarchy::Hierarchy;
 
 /// Costs between nodes, and how they came about.
 #[derive(Clone, Debug)]
 pub(crate) struct GateCosts {
-    up: Vec<Matrix>,
-    all: Vec<Matrix>,
+    cliques: Vec<Arc<Clique>>,
+    up: Vec<Arc<Matrix>>,
+    all: Vec<Arc<Matrix>>,
 }
 
 /// Costs from the nodes of one gate: a row a node, row-major.
@@ -58,6 +61,11 @@ impl Via {
         Self(u32::try_from(gate << 6 | node).unwrap_or(u32::MAX))
     }
 
+    /// Whether this is a node of that gate.
+    fn is_of(self, gate: usize) -> bool {
+        self.0 & Self::REGION == 0 && (self.0 >> 6) as usize == gate
+    }
+
     fn as_region(self) -> Option<u32> {
         (self.0 & Self::REGION != 0).then_some(self.0 & !Self::REGION)
     }
@@ -83,6 +91,7 @@ pub(crate) struct Leg {
 }
 
 /// Costs between all nodes of one region's gates by ways inside it.
+#[derive(Debug, PartialEq)]
 pub(crate) struct Clique {
     pub(crate) region: u32,
     /// Gates, each with its place of the first node in the rows.
@@ -124,14 +133,90 @@ impl Matrix {
 }
 
 impl GateCosts {
-    /// From the regions' cliques.
-    pub(crate) fn new(hierarchy: &Hierarchy, cliques: &[Clique]) -> Self {
-        let up = upward(hierarchy, cliques);
-        let mut all: Vec<Matrix> = vec![Matrix::new(0, 0); up.len()];
-        for &gate in hierarchy.order.iter().rev() {
-            all[gate] = downward(hierarchy, &up, &all, gate);
+    /// From the cliques of all regions.
+    pub(crate) fn new(hierarchy: &Hierarchy, cliques: Vec<Arc<Clique>>) -> Self {
+        let n_gates = hierarchy.order.len();
+        let nothing = Arc::new(Matrix::new(0, 0));
+        let (up, all) = (vec![nothing.clone(); n_gates], vec![nothing; n_gates]);
+        let mut costs = Self { cliques, up, all };
+        for &gate in &hierarchy.order {
+            costs.up[gate] = Arc::new(costs.upward(hierarchy, gate));
         }
-        Self { up, all }
+        for &gate in hierarchy.order.iter().rev() {
+            costs.all[gate] = Arc::new(costs.downward(hierarchy, gate));
+        }
+        costs
+    }
+
+    /// What they were made from, by region.
+    pub(crate) fn cliques(&self) -> &[Arc<Clique>] {
+        &self.cliques
+    }
+
+    /// With other cliques: equal to costs made afresh, but only what the difference reaches is
+    /// computed again. Tells for every gate whether its row changed.
+    pub(crate) fn with_cliques(
+        &self,
+        hierarchy: &Hierarchy,
+        cliques: Vec<Arc<Clique>>,
+    ) -> (Self, Vec<bool>) {
+        let mut costs = Self { cliques, up: self.up.clone(), all: self.all.clone() };
+        let mut is_changed = vec![false; hierarchy.order.len()];
+        for &gate in &hierarchy.order {
+            if costs.may_differ(self, hierarchy, gate, &is_changed) {
+                let up = costs.upward(hierarchy, gate);
+                is_changed[gate] = up != *self.up[gate];
+                if is_changed[gate] {
+                    costs.up[gate] = Arc::new(up);
+                }
+            }
+        }
+        for &gate in hierarchy.order.iter().rev() {
+            let above = || hierarchy.ancestors(gate).any(|ancestor| is_changed[ancestor]);
+            if is_changed[gate] || above() {
+                let all = costs.downward(hierarchy, gate);
+                is_changed[gate] = all != *self.all[gate];
+                if is_changed[gate] {
+                    costs.all[gate] = Arc::new(all);
+                }
+            }
+        }
+        (costs, is_changed)
+    }
+
+    /// Whether `up` of a gate may be another than `before`, given which lower ones are.
+    fn may_differ(
+        &self,
+        before: &Self,
+        hierarchy: &Hierarchy,
+        gate: usize,
+        is_changed: &[bool],
+    ) -> bool {
+        let regions = hierarchy.regions[gate].iter();
+        let mut cliques = regions.map(|&region| (&self.cliques[region], &before.cliques[region]));
+        let is_other = |(now, then): (&Arc<Clique>, &Arc<Clique>)| {
+            !Arc::ptr_eq(now, then) && differs(hierarchy, now, then, gate)
+        };
+        cliques.any(is_other)
+            || hierarchy.lower[gate]
+                .iter()
+                .any(|&low| is_changed[low] && self.matters(before, hierarchy, low, gate))
+    }
+
+    /// Whether ways over a changed lower gate were, or might now be, among the best of `gate`.
+    fn matters(&self, before: &Self, hierarchy: &Hierarchy, low: usize, gate: usize) -> bool {
+        let known = &before.up[gate];
+        if known.via.iter().any(|via| via.is_of(low)) {
+            return true;
+        }
+        let mut is_as_good = false;
+        passed_up(hierarchy, low, gate, &self.up[low], |node, column, extra, onward, _| {
+            let row = &known.row(node)[column..];
+            is_as_good |= onward.iter().zip(row).any(|(&onward, &known)| {
+                extra + onward <= known && known < UNREACHABLE || extra + onward < known
+            });
+        });
+        is_as_good
     }
 
     /// Costs from a node of a gate to the nodes of the gate and of all its ancestors.
@@ -142,7 +227,9 @@ impl GateCosts {
     /// Memory, in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         let matrices = self.up.iter().chain(&self.all);
-        matrices.map(|matrix| size_of_val(matrix.costs.as_slice()) * 2).sum()
+        let matrices: usize = matrices.map(|matrix| size_of_val(matrix.costs.as_slice()) * 2).sum();
+        let cliques = self.cliques.iter().map(|clique| size_of_val(clique.costs.as_slice()));
+        matrices + cliques.sum::<usize>()
     }
 
     /// The legs of a shortest path from a node to one of the same gate or an ancestor, appended in
@@ -220,42 +307,57 @@ fn column_of_ancestor(hierarchy: &Hierarchy, from: NodeName, to: NodeName) -> us
     hierarchy.n_columns(from.gate) - hierarchy.n_columns(to.gate) + to.node
 }
 
-fn upward(hierarchy: &Hierarchy, cliques: &[Clique]) -> Vec<Matrix> {
-    let n_nodes = &hierarchy.n_nodes;
-    let n_columns = |gate: usize| {
-        let higher = hierarchy.higher[gate].iter().map(|&other| n_nodes[other]).sum::<usize>();
-        n_nodes[gate] + higher
-    };
-    let mut up: Vec<Matrix> =
-        (0..n_nodes.len()).map(|gate| Matrix::new(n_nodes[gate], n_columns(gate))).collect();
-    for clique in cliques {
-        put_clique(hierarchy, clique, &mut up);
+impl GateCosts {
+    /// `up` of a gate, that of the lower ones being known.
+    fn upward(&self, hierarchy: &Hierarchy, gate: usize) -> Matrix {
+        let n_nodes = &hierarchy.n_nodes;
+        let n_higher: usize = hierarchy.higher[gate].iter().map(|&other| n_nodes[other]).sum();
+        let mut up = Matrix::new(n_nodes[gate], n_nodes[gate] + n_higher);
+        for &region in &hierarchy.regions[gate] {
+            put_clique(hierarchy, &self.cliques[region], gate, &mut up);
+        }
+        for &low in &hierarchy.lower[gate] {
+            passed_up(hierarchy, low, gate, &self.up[low], |node, column, extra, onward, via| {
+                up.improve_row(node, column, extra, onward, via);
+            });
+        }
+        close(&mut up, gate, n_nodes[gate]);
+        up
     }
-    for &gate in &hierarchy.order {
-        close(&mut up[gate], gate, n_nodes[gate]);
-        let done = std::mem::replace(&mut up[gate], Matrix::new(0, 0));
-        pass_up(hierarchy, gate, &done, &mut up);
-        up[gate] = done;
-    }
-    up
 }
 
-/// Writes a region's costs where they belong: into the row of the earlier node.
-fn put_clique(hierarchy: &Hierarchy, clique: &Clique, up: &mut [Matrix]) {
-    let Clique { region, gates, n_nodes, costs } = clique;
-    for &(gate, first) in gates {
-        for &(other, other_first) in gates {
-            if hierarchy.rank[other] < hierarchy.rank[gate] {
-                continue;
-            }
-            let column = column_of_higher(hierarchy, gate, NodeName { gate: other, node: 0 });
-            for node in 0..hierarchy.n_nodes[gate] {
-                let row = &costs[(first + node) * n_nodes + other_first..];
-                let row = &row[..hierarchy.n_nodes[other]];
-                up[gate].improve_row(node, column, 0, row, Via::region(*region));
-            }
-        }
+/// Writes a region's costs from the nodes of `gate` to later ones.
+fn put_clique(hierarchy: &Hierarchy, clique: &Clique, gate: usize, up: &mut Matrix) {
+    for (column, node, row) in rows_of(hierarchy, clique, gate) {
+        up.improve_row(node, column, 0, row, Via::region(clique.region));
     }
+}
+
+/// A region's costs from the nodes of `gate` to those of each gate that is not earlier: column in
+/// `up` of the first, node, costs.
+fn rows_of<'a>(
+    hierarchy: &'a Hierarchy,
+    clique: &'a Clique,
+    gate: usize,
+) -> impl Iterator<Item = (usize, usize, &'a [Cost])> {
+    let Clique { gates, n_nodes, costs, .. } = clique;
+    let own = gates.iter().filter(move |&&(other, _)| other == gate);
+    own.flat_map(move |&(_, first)| {
+        let later =
+            gates.iter().filter(move |&&(other, _)| hierarchy.rank[gate] <= hierarchy.rank[other]);
+        later.flat_map(move |&(other, other_first)| {
+            let column = column_of_higher(hierarchy, gate, NodeName { gate: other, node: 0 });
+            (0..hierarchy.n_nodes[gate]).map(move |node| {
+                let row = &costs[(first + node) * n_nodes + other_first..];
+                (column, node, &row[..hierarchy.n_nodes[other]])
+            })
+        })
+    })
+}
+
+/// Whether two cliques of a region differ in what `up` of a gate is made from.
+fn differs(hierarchy: &Hierarchy, a: &Clique, b: &Clique, gate: usize) -> bool {
+    !rows_of(hierarchy, a, gate).eq(rows_of(hierarchy, b, gate))
 }
 
 /// Ways among a gate's own nodes, and on from there.
@@ -272,74 +374,81 @@ fn close(matrix: &mut Matrix, gate: usize, n_nodes: usize) {
     }
 }
 
-/// What the higher gates gain by ways over `gate`.
-fn pass_up(hierarchy: &Hierarchy, gate: usize, done: &Matrix, up: &mut [Matrix]) {
+/// The ways from the nodes of `gate` over those of `low` to later ones: node, column in `up` of the
+/// first it leads to, what it costs to the middle node, what from there, and that node.
+fn passed_up(
+    hierarchy: &Hierarchy,
+    low: usize,
+    gate: usize,
+    up: &Matrix,
+    mut way: impl FnMut(usize, usize, Cost, &[Cost], Via),
+) {
     let n_nodes = &hierarchy.n_nodes;
-    let mut first = n_nodes[gate];
-    for (at, &low) in hierarchy.higher[gate].iter().enumerate() {
-        let mut other_first = first;
-        for &high in &hierarchy.higher[gate][at..] {
-            let column = column_of_higher(hierarchy, low, NodeName { gate: high, node: 0 });
-            for middle in 0..n_nodes[gate] {
-                let row = done.row(middle);
-                let onward = &row[other_first..other_first + n_nodes[high]];
-                for node in 0..n_nodes[low] {
-                    let extra = row[first + node];
-                    if extra < UNREACHABLE {
-                        let via = Via::node(gate, middle);
-                        up[low].improve_row(node, column, extra, onward, via);
-                    }
+    let first = column_of_higher(hierarchy, low, NodeName { gate, node: 0 });
+    let place = hierarchy.higher[low].iter().position(|&high| high == gate).unwrap_or(0);
+    let mut high_first = first;
+    for &high in &hierarchy.higher[low][place..] {
+        let column = column_of_higher(hierarchy, gate, NodeName { gate: high, node: 0 });
+        for middle in 0..n_nodes[low] {
+            let row = up.row(middle);
+            let onward = &row[high_first..high_first + n_nodes[high]];
+            for node in 0..n_nodes[gate] {
+                let extra = row[first + node];
+                if extra < UNREACHABLE {
+                    way(node, column, extra, onward, Via::node(low, middle));
                 }
             }
-            other_first += n_nodes[high];
         }
-        first += n_nodes[low];
+        high_first += n_nodes[high];
     }
 }
 
-/// Costs from a gate to itself and all ancestors, those of which are known.
-fn downward(hierarchy: &Hierarchy, up: &[Matrix], all: &[Matrix], gate: usize) -> Matrix {
-    let n_own = hierarchy.n_nodes[gate];
-    let n_columns = hierarchy.n_columns(gate);
-    let mut costs = Matrix::new(n_own, n_columns);
-    // Rows of all later nodes that a way may go to first: higher gates' to this gate's ancestors.
-    let mut first = n_own;
-    for &high in &hierarchy.higher[gate] {
-        for node in 0..hierarchy.n_nodes[high] {
-            let onward = onward(hierarchy, all, gate, NodeName { gate: high, node });
-            for own in 0..n_own {
-                let extra = up[gate].row(own)[first + node];
-                if extra < UNREACHABLE {
-                    costs.improve_row(own, n_own, extra, &onward, Via::node(high, node));
+impl GateCosts {
+    /// Costs from a gate to itself and all ancestors, those of which are known.
+    fn downward(&self, hierarchy: &Hierarchy, gate: usize) -> Matrix {
+        let Self { up, all, .. } = self;
+        let n_own = hierarchy.n_nodes[gate];
+        let n_columns = hierarchy.n_columns(gate);
+        let mut costs = Matrix::new(n_own, n_columns);
+        // Rows of all later nodes that a way may go to first: higher gates' to this gate's ancestors.
+        let mut first = n_own;
+        for &high in &hierarchy.higher[gate] {
+            for node in 0..hierarchy.n_nodes[high] {
+                let onward = onward(hierarchy, all, gate, NodeName { gate: high, node });
+                for own in 0..n_own {
+                    let extra = up[gate].row(own)[first + node];
+                    if extra < UNREACHABLE {
+                        costs.improve_row(own, n_own, extra, &onward, Via::node(high, node));
+                    }
                 }
             }
+            first += hierarchy.n_nodes[high];
         }
-        first += hierarchy.n_nodes[high];
-    }
-    for own in (0..n_own).rev() {
-        costs.improve(own, own, 0, Via::node(gate, own));
-        for later in own + 1..n_own {
-            let extra = up[gate].row(own)[later];
-            if extra < UNREACHABLE {
-                let onward = costs.row(later)[own + 1..].to_vec();
-                costs.improve_row(own, own + 1, extra, &onward, Via::node(gate, later));
+        for own in (0..n_own).rev() {
+            costs.improve(own, own, 0, Via::node(gate, own));
+            for later in own + 1..n_own {
+                let extra = up[gate].row(own)[later];
+                if extra < UNREACHABLE {
+                    let onward = costs.row(later)[own + 1..].to_vec();
+                    costs.improve_row(own, own + 1, extra, &onward, Via::node(gate, later));
+                }
+            }
+            back_over_higher(hierarchy, up, gate, own, &mut costs);
+            for later in own + 1..n_own {
+                let at = own * n_columns + later;
+                let mirrored = later * n_columns + own;
+                costs.costs[mirrored] = costs.costs[at];
+                costs.via[mirrored] = costs.via[at];
             }
         }
-        back_over_higher(hierarchy, up, gate, own, &mut costs);
-        for later in own + 1..n_own {
-            let at = own * n_columns + later;
-            let mirrored = later * n_columns + own;
-            costs.costs[mirrored] = costs.costs[at];
-            costs.via[mirrored] = costs.via[at];
-        }
+        costs
     }
-    costs
 }
 
 /// Ways from a node up to a higher gate and back to a later node of its own gate.
 fn back_over_higher(
     hierarchy: &Hierarchy,
-    up: &[Matrix],
+    up: &[Arc<Matrix>],
     gate: usize,
     own: usize,
     costs: &mut Matrix,
@@ -364,11 +473,10 @@ fn back_over_higher(
 }
 
 /// Costs from a node of a higher gate to the nodes of all ancestors of `gate`, the parent's first.
-fn onward(hierarchy: &Hierarchy, all: &[Matrix], gate: usize, from: NodeName) -> Vec<Cost> {
+fn onward(hierarchy: &Hierarchy, all: &[Arc<Matrix>], gate: usize, from: NodeName) -> Vec<Cost> {
     let mut onward = Vec::with_capacity(hierarchy.n_above[gate]);
     for ancestor in hierarchy.ancestors(gate).take_while(|&ancestor| ancestor != from.gate) {
-        let column =
-            column_of_ancestor(hierarchy, NodeName { gate: ancestor, node: 0 }, from);
+        let column = column_of_ancestor(hierarchy, NodeName { gate: ancestor, node: 0 }, from);
         let rows = 0..hierarchy.n_nodes[ancestor];
         onward.extend(rows.map(|node| all[ancestor].row(node)[column]));
     }

@@ -43,7 +43,10 @@ type Portals = BTreeMap<([RegionIndex; 2], Vec<usize>), Vec<(usize, usize)>>;
 /// All gates between the regions of `partition`, for a robot that goes about in `space`.
 pub(crate) fn gates(space: &Space, partition: &Partition, graph: &TopologicalGraph) -> Vec<Gate> {
     let portals = portals(space, partition, graph);
-    portals.into_iter().flat_map(|((regions, arcs), steps)| pieces(space, regions, &arcs, &steps)).collect()
+    portals
+        .into_iter()
+        .flat_map(|((regions, arcs), steps)| pieces(space, regions, &arcs, &steps))
+        .collect()
 }
 
 fn portals(space: &Space, partition: &Partition, graph: &TopologicalGraph) -> Portals {
@@ -52,7 +55,9 @@ fn portals(space: &Space, partition: &Partition, graph: &TopologicalGraph) -> Po
     for index in 0..space.info().n_cells() {
         let Some(region) = partition.region_at(index) else { continue };
         for (step, to) in space.steps(index) {
-            let Some(other) = partition.region_at(to).filter(|&other| region < other) else { continue };
+            let Some(other) = partition.region_at(to).filter(|&other| region < other) else {
+                continue;
+            };
             let arcs = arcs_of_step(space, &arc_of, graph, [region, other], (index, step));
             portals.entry(([region, other], arcs)).or_default().push((index, step));
         }
@@ -109,10 +114,8 @@ fn pieces(
     steps: &[(usize, usize)],
 ) -> Vec<Gate> {
     let forth = side(space, steps.iter().copied());
-    let back = side(
-        space,
-        steps.iter().map(|&(from, step)| (space.neighbor(from, step), (step + 4) % 8)),
-    );
+    let back =
+        side(space, steps.iter().map(|&(from, step)| (space.neighbor(from, step), (step + 4) % 8)));
     let (regions, nodes) =
         if back.len() < forth.len() { ([high, low], back) } else { ([low, high], forth) };
     let n_pieces = nodes.len().div_ceil(GATE_NODES_MAX);

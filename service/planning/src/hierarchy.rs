@@ -20,6 +20,10 @@ pub(crate) struct Hierarchy {
     pub(crate) rank: Vec<usize>,
     /// Higher neighbours by rank, the parent first.
     pub(crate) higher: Vec<Vec<usize>>,
+    /// The gates that a gate is a higher one of, by rank.
+    pub(crate) lower: Vec<Vec<usize>>,
+    /// The regions of a gate.
+    pub(crate) regions: Vec<Vec<usize>>,
     /// Number of nodes of all ancestors.
     pub(crate) n_above: Vec<usize>,
     /// Number of nodes of the gate itself.
@@ -31,8 +35,10 @@ impl Hierarchy {
     pub(crate) fn new(n_nodes: Vec<usize>, regions: impl Iterator<Item = Vec<usize>>) -> Self {
         let n_gates = n_nodes.len();
         let mut neighbors = vec![BTreeSet::new(); n_gates];
-        for gates in regions {
+        let mut of_gate = vec![vec![]; n_gates];
+        for (region, gates) in regions.enumerate() {
             for &gate in &gates {
+                of_gate[gate].push(region);
                 neighbors[gate].extend(gates.iter().copied().filter(|&other| other != gate));
             }
         }
@@ -53,10 +59,15 @@ impl Hierarchy {
             }
             neighbors[gate] = around;
         }
-        Self::along(order, neighbors, n_nodes)
+        Self::along(order, neighbors, n_nodes, of_gate)
     }
 
-    fn along(order: Vec<usize>, higher: Vec<BTreeSet<usize>>, n_nodes: Vec<usize>) -> Self {
+    fn along(
+        order: Vec<usize>,
+        higher: Vec<BTreeSet<usize>>,
+        n_nodes: Vec<usize>,
+        regions: Vec<Vec<usize>>,
+    ) -> Self {
         let mut rank = vec![0; order.len()];
         for (at, &gate) in order.iter().enumerate() {
             rank[gate] = at;
@@ -67,11 +78,17 @@ impl Hierarchy {
             gates
         };
         let higher: Vec<Vec<usize>> = higher.into_iter().map(by_rank).collect();
+        let mut lower = vec![vec![]; order.len()];
+        for &gate in &order {
+            for &high in &higher[gate] {
+                lower[high].push(gate);
+            }
+        }
         let mut n_above = vec![0; order.len()];
         for &gate in order.iter().rev() {
             n_above[gate] = higher[gate].first().map_or(0, |&up| n_above[up] + n_nodes[up]);
         }
-        Self { order, rank, higher, n_above, n_nodes }
+        Self { order, rank, higher, lower, regions, n_above, n_nodes }
     }
 
     /// The next gate up the tree.

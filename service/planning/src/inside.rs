@@ -39,7 +39,7 @@ impl Scratch {
     /// `limit`; [`UNREACHABLE`] if there is none. Afterwards [`Self::path`] tells the cells.
     pub(crate) fn search(&mut self, plans: &Plans, from: usize, to: usize, limit: Cost) -> Cost {
         self.forget(plans.space.info().n_cells());
-        let Some((region, _)) = plans.place(from) else { return UNREACHABLE };
+        let Some(place) = plans.place(from) else { return UNREACHABLE };
         let bounds = Bounds::new(plans, from, to);
         self.reach(from, 0, u8::MAX, bounds.of(plans, from));
         while let Some(Reverse((through, Reverse(cost), cell))) = self.waiting.pop() {
@@ -56,7 +56,7 @@ impl Scratch {
             for (step, next) in plans.space.steps(cell) {
                 let next_cost = cost + plans.space.step_cost(cell, step);
                 let is_better = next_cost < self.reached[next].0;
-                let is_here = plans.place(next).is_some_and(|(other, _)| other == region);
+                let is_here = plans.is_in(place.region(), next);
                 if is_better && is_here {
                     let step = u8::try_from(step).unwrap_or(u8::MAX);
                     self.reach(next, next_cost, step, bounds.of(plans, next));
@@ -114,16 +114,17 @@ impl Bounds {
     fn new(plans: &Plans, from: usize, to: usize) -> Self {
         let width = plans.space.info().width as usize;
         let mut bounds = Self { to, width, nodes: [(0, 0, 0); N_BOUNDS_MAX], n_nodes: 0 };
-        let (Some((region, start)), Some((_, goal))) = (plans.place(from), plans.place(to)) else {
+        let (Some(start), Some(goal)) = (plans.place(from), plans.place(to)) else {
             return bounds;
         };
+        let region = start.region();
         let table = &plans.tables[region];
         let octile = bounds.octile(from);
         // The best bound at the start is a good one on the way.
         let mut best: Vec<(Cost, (usize, usize, Cost))> = vec![];
         for (at, door) in plans.layout.doors[region].iter().enumerate() {
             for node in [door.first, door.first + door.n_nodes - 1] {
-                let [a, b] = [start, goal].map(|slot| table.cost(slot, at, node));
+                let [a, b] = [start, goal].map(|place| table.cost(place.slot(), at, node));
                 if octile < a.abs_diff(b) && a < UNREACHABLE && b < UNREACHABLE {
                     best.push((a.abs_diff(b), (at, node, b)));
                 }
@@ -140,11 +141,11 @@ impl Bounds {
     fn of(&self, plans: &Plans, cell: usize) -> Cost {
         let mut bound = self.octile(cell);
         if 0 < self.n_nodes
-            && let Some((region, slot)) = plans.place(cell)
+            && let Some(place) = plans.place(cell)
         {
-            let table = &plans.tables[region];
+            let table = &plans.tables[place.region()];
             for &(at, node, goal) in &self.nodes[..self.n_nodes] {
-                let cost = table.cost(slot, at, node);
+                let cost = table.cost(place.slot(), at, node);
                 if UNREACHABLE <= cost {
                     // The goal reaches that node, so that this cell does not reach the goal.
                     return UNREACHABLE;

@@ -1,24 +1,44 @@
 //! Paths by look-up: plan tables over the regions of a map.
 
 mod cost;
+mod final_goal;
 mod footprint;
 mod gate_costs;
 mod gates;
 mod hierarchy;
 mod inside;
 mod meeting;
-mod pair_bounds;
+mod nearest;
+mod part_graph;
+mod parts;
+mod pair_costs;
 mod plans;
+mod reachable;
 mod region_table;
 mod route;
+mod search;
+mod smooth;
 mod space;
+mod topological;
+mod trip;
+mod triplets;
 mod walk;
 mod wave;
 
 pub use cost::{Cost, DIAGONAL, STRAIGHT, UNREACHABLE, WEIGHT_ONE, length_cells};
+pub use final_goal::FinalGoalPlan;
 pub use footprint::enterable;
 pub use inside::Scratch;
+pub use nearest::{Nearest, nearest_enterable};
+pub use part_graph::{Grouping, PartGraph, Transit};
+pub use parts::{PartIndex, Parts};
 pub use plans::{ArcCost, Plans, Size};
+pub use reachable::{ComponentIndex, Components, ReachableArea, components, reachable_area};
 pub use route::{GateIndex, Route, RouteStep};
+pub use search::Search;
+pub use smooth::{Obstacles, Passage, SmoothPath, SmoothScratch, smooth};
 pub use space::{InvalidSpace, Space};
+pub use topological::{TopologicalPlans, backups};
+pub use trip::Trip;
+pub use triplets::TripletPlans;
 pub use walk::GridPath;

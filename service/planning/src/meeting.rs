@@ -6,8 +6,8 @@
 use crate::cost::{Cost, UNREACHABLE};
 use crate::gate_costs::NodeName;
 use crate::gates::GATE_NODES_MAX;
-use crate::plans::Plans;
-use crate::region_table::Door;
+use crate::plans::{Place, Plans};
+use crate::region_table::{Door, RegionTable};
 
 /// A shortest path through gates: from a cell to the first node, to the last, to a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,8 +15,16 @@ pub(crate) struct Meeting {
     pub(crate) cost: Cost,
     pub(crate) first: NodeName,
     pub(crate) last: NodeName,
-    /// A node of a common ancestor on the way between the two.
-    pub(crate) middle: NodeName,
+}
+
+/// A cell, and the ways out of its region.
+struct End<'a> {
+    place: Place,
+    table: &'a RegionTable,
+    doors: &'a [Door],
+    /// Least cost to each door but for its toll.
+    least: &'a [Cost],
+    tolls: &'a [Cost],
 }
 
 /// Costs from a cell to the nodes of one gate.
@@ -26,160 +34,203 @@ struct Approach {
     n_nodes: usize,
 }
 
+impl<'a> End<'a> {
+    fn new(plans: &'a Plans, place: Place) -> Self {
+        let table = &*plans.tables[place.region()];
+        let doors = plans.layout.doors[place.region()].as_slice();
+        let tolls = plans.door_tolls[place.region()].as_slice();
+        Self { place, table, doors, least: table.least(place.slot()), tolls }
+    }
+
+    fn least(&self, door: usize) -> Cost {
+        self.least[door].saturating_add(self.tolls[door])
+    }
+
+    fn approach(&self, at: usize) -> Approach {
+        let door = &self.doors[at];
+        let mut costs = [UNREACHABLE; GATE_NODES_MAX];
+        if self.tolls[at] < UNREACHABLE {
+            let to = &mut costs[..door.n_nodes];
+            self.table.costs(self.place.slot(), at, door, self.tolls[at], to);
+        }
+        Approach { gate: door.gate, costs, n_nodes: door.n_nodes }
+    }
+}
+
+impl Approach {
+    fn costs(&self) -> &[Cost] {
+        &self.costs[..self.n_nodes]
+    }
+}
+
 impl Plans {
     /// Cost of the best path from one cell to another that passes a gate.
-    pub(crate) fn cost_by_gates(&self, from: (usize, usize), to: (usize, usize)) -> Cost {
+    pub(crate) fn cost_by_gates(&self, from: Place, to: Place) -> Cost {
         let mut best = UNREACHABLE;
-        self.each_pair(from, to, |plans, from, to| {
-            best = best.min(plans.cost_between(from, to));
+        self.each_pair(from, to, |from, to| {
+            best = best.min(self.cost_between(from, to));
             best
         });
         best
     }
 
-    /// The pairs of gates of two places whose bounds are below the best, least first, then in
-    /// order. `visit` tells the best cost so far.
-    fn each_pair(
-        &self,
-        (from_region, from_slot): (usize, usize),
-        (to_region, to_slot): (usize, usize),
-        mut visit: impl FnMut(&Self, &Approach, &Approach) -> Cost,
-    ) {
-        let (from_table, to_table) = (&self.tables[from_region], &self.tables[to_region]);
-        let (from_doors, to_doors) =
-            (&self.layout.doors[from_region], &self.layout.doors[to_region]);
-        let (from_least, to_least) = (from_table.least(from_slot), to_table.least(to_slot));
-        let bound = |from: usize, to: usize| {
-            let (from_door, to_door) = (&from_doors[from], &to_doors[to]);
-            let ends = from_least[from] + self.door_cost(from_door);
-            let ends = ends.min(UNREACHABLE) + (to_least[to] + self.door_cost(to_door)).min(UNREACHABLE);
-            ends + self.bounds.of(from_door.gate, to_door.gate).least
-        };
-        let mut nearest = (UNREACHABLE, 0, 0);
-        for from in 0..from_doors.len() {
-            for to in 0..to_doors.len() {
-                let least = bound(from, to);
-                if least < nearest.0 {
-                    nearest = (least, from, to);
-                }
-            }
-        }
-        if UNREACHABLE <= nearest.0 {
-            return;
-        }
-        let approach = |table: &crate::region_table::RegionTable, slot, at, doors: &[Door]| {
-            let door: &Door = &doors[at];
-            let mut costs = [UNREACHABLE; GATE_NODES_MAX];
-            table.costs(slot, at, door, self.door_cost(door), &mut costs[..door.n_nodes]);
-            Approach { gate: door.gate, costs, n_nodes: door.n_nodes }
-        };
-        let from = approach(from_table, from_slot, nearest.1, from_doors);
-        let to = approach(to_table, to_slot, nearest.2, to_doors);
-        let mut best = visit(self, &from, &to);
-        for from_at in 0..from_doors.len() {
-            let mut from = None;
-            for to_at in 0..to_doors.len() {
-                let is_done = (from_at, to_at) == (nearest.1, nearest.2);
-                if is_done || best <= bound(from_at, to_at) {
-                    continue;
-                }
-                let from =
-                    from.get_or_insert_with(|| approach(from_table, from_slot, from_at, from_doors));
-                let to = approach(to_table, to_slot, to_at, to_doors);
-                best = visit(self, from, &to);
-            }
-        }
-    }
-
-    /// Least cost from one approach's cell over its gate and the other's to the other's cell.
-    fn cost_between(&self, from: &Approach, to: &Approach) -> Cost {
-        let bound = self.bounds.of(from.gate, to.gate);
-        let (n_common, n_read) = (bound.n_common as usize, bound.n_read as usize);
-        let mut best = UNREACHABLE;
-        let mut at = 0;
-        let mut sums = [[UNREACHABLE; CHUNK]; 2];
-        while at < n_read {
-            let n = CHUNK.min(n_read - at);
-            for (approach, sums) in [from, to].into_iter().zip(&mut sums) {
-                self.sums(approach, n_common - at, n, &mut sums[..n]);
-            }
-            for (&a, &b) in sums[0][..n].iter().zip(&sums[1][..n]) {
-                best = best.min(a + b);
-            }
-            at += n;
-        }
-        best.min(UNREACHABLE)
-    }
-
-    /// Least costs over a gate's nodes to `n` ancestor nodes, of which the first is `from_end`
-    /// columns before the end of the rows.
-    fn sums(&self, approach: &Approach, from_end: usize, n: usize, sums: &mut [Cost]) {
-        sums.fill(UNREACHABLE);
-        for (node, &cost) in approach.costs[..approach.n_nodes].iter().enumerate() {
-            let row = self.gate_costs.row(NodeName { gate: approach.gate, node });
-            let first = row.len() - from_end;
-            for (sum, &onward) in sums.iter_mut().zip(&row[first..first + n]) {
-                *sum = (*sum).min(cost + onward);
-            }
-        }
-    }
-
     /// The best path from one cell to another that passes a gate.
-    pub(crate) fn meeting(&self, from: (usize, usize), to: (usize, usize)) -> Option<Meeting> {
+    pub(crate) fn meeting(&self, from: Place, to: Place) -> Option<Meeting> {
         let mut best: Option<Meeting> = None;
-        self.each_pair(from, to, |plans, from, to| {
+        self.each_pair(from, to, |from, to| {
             let least = best.map_or(UNREACHABLE, |meeting| meeting.cost);
-            let cost = plans.cost_between(from, to);
+            let cost = self.cost_between(from, to);
             if cost < least {
-                best = plans.meeting_between(from, to, cost);
+                best = self.meeting_between(from, to, cost);
             }
             best.map_or(UNREACHABLE, |meeting| meeting.cost)
         });
         best
     }
 
-    /// Which nodes a cost came from.
-    fn meeting_between(&self, from: &Approach, to: &Approach, cost: Cost) -> Option<Meeting> {
-        let bound = self.bounds.of(from.gate, to.gate);
-        let (n_common, n_read) = (bound.n_common as usize, bound.n_read as usize);
-        let mut at = 0;
-        let mut sums = [[UNREACHABLE; CHUNK]; 2];
-        while at < n_read {
-            let n = CHUNK.min(n_read - at);
-            for (approach, sums) in [from, to].into_iter().zip(&mut sums) {
-                self.sums(approach, n_common - at, n, &mut sums[..n]);
-            }
-            let found = (0..n).find(|&place| sums[0][place] + sums[1][place] == cost);
-            if let Some(place) = found {
-                let from_end = n_common - at - place;
-                let ends = [(from, sums[0][place]), (to, sums[1][place])];
-                let [first, last] =
-                    ends.map(|(approach, sum)| self.node_with(approach, from_end, sum));
-                let middle = self.ancestor_at(from.gate, from_end)?;
-                return Some(Meeting { cost, first: first?, last: last?, middle });
-            }
-            at += n;
+    /// The pairs of gates of two places whose bounds are below the best; the most promising first,
+    /// then in order. `visit` tells the best cost so far.
+    fn each_pair(
+        &self,
+        from: Place,
+        to: Place,
+        mut visit: impl FnMut(&Approach, &Approach) -> Cost,
+    ) {
+        let goal_region = to.region();
+        let (from, to) = (End::new(self, from), End::new(self, to));
+        let n_to = to.doors.len();
+        let arrival = (0..n_to).map(|door| to.least(door)).min().unwrap_or(UNREACHABLE);
+        if UNREACHABLE <= arrival {
+            return;
         }
-        None
+        // Every sum is of at most three costs, and fits.
+        let bound_by = |door: usize| {
+            let onward = self.pairs.to_region(from.doors[door].gate, goal_region);
+            from.least(door).min(UNREACHABLE) + onward + arrival
+        };
+        let bound = |from_door: usize, to_door: usize| {
+            let between = self.pairs.of(from.doors[from_door].gate, to.doors[to_door].gate).least;
+            from.least(from_door).min(UNREACHABLE) + between + to.least(to_door).min(UNREACHABLE)
+        };
+        let Some(first) = (0..from.doors.len()).min_by_key(|&door| bound_by(door)) else { return };
+        if UNREACHABLE <= bound_by(first) {
+            return;
+        }
+        let Some(last) = (0..n_to).min_by_key(|&door| bound(first, door)) else { return };
+        let mut best = visit(&from.approach(first), &to.approach(last));
+        for from_door in 0..from.doors.len() {
+            if best <= bound_by(from_door) {
+                continue;
+            }
+            let mut approach = None;
+            for to_door in 0..n_to {
+                let is_done = (from_door, to_door) == (first, last);
+                if !is_done && bound(from_door, to_door) < best {
+                    let approach = approach.get_or_insert_with(|| from.approach(from_door));
+                    best = visit(approach, &to.approach(to_door));
+                }
+            }
+        }
     }
 
-    fn node_with(&self, approach: &Approach, from_end: usize, sum: Cost) -> Option<NodeName> {
-        let gate = approach.gate;
-        let node = (0..approach.n_nodes).find(|&node| {
-            let row = self.gate_costs.row(NodeName { gate, node });
-            approach.costs[node] + row[row.len() - from_end] == sum
-        })?;
-        Some(NodeName { gate, node })
+    /// Least cost from one approach's cell over its gate and the other's to the other's cell.
+    fn cost_between(&self, from: &Approach, to: &Approach) -> Cost {
+        match self.pairs.block(&self.layout.hierarchy, from.gate, to.gate) {
+            Some(block) => {
+                let (rows, columns) = if block.is_turned { (to, from) } else { (from, to) };
+                least_sum(rows.costs(), block.costs, columns.costs())
+            }
+            None => self.cost_by_ancestors(from, to),
+        }
     }
 
-    /// The node so many columns before the end of a gate's rows.
-    fn ancestor_at(&self, gate: usize, from_end: usize) -> Option<NodeName> {
+    /// The same over the common ancestors of the two gates.
+    fn cost_by_ancestors(&self, from: &Approach, to: &Approach) -> Cost {
+        let bound = self.pairs.of(from.gate, to.gate);
+        let (n_common, n_read) = (bound.n_common as usize, bound.n_read as usize);
+        let mut best = UNREACHABLE;
+        let mut sums = [[UNREACHABLE; CHUNK]; 2];
+        for first in (0..n_read).step_by(CHUNK) {
+            let n = CHUNK.min(n_read - first);
+            for (approach, sums) in [from, to].into_iter().zip(&mut sums) {
+                self.sums(approach, n_common - first, &mut sums[..n]);
+            }
+            for (&a, &b) in sums[0][..n].iter().zip(&sums[1][..n]) {
+                best = best.min(a + b);
+            }
+        }
+        best
+    }
+
+    /// Least costs over a gate's nodes to ancestor nodes, of which the first is `from_end` columns
+    /// before the end of the rows.
+    fn sums(&self, approach: &Approach, from_end: usize, sums: &mut [Cost]) {
+        sums.fill(UNREACHABLE);
+        for (node, &cost) in approach.costs().iter().enumerate() {
+            let row = self.gate_costs.row(NodeName { gate: approach.gate, node });
+            for (sum, &onward) in sums.iter_mut().zip(&row[row.len() - from_end..]) {
+                *sum = (*sum).min(cost + onward);
+            }
+        }
+    }
+
+    /// Which nodes a cost came from: the first pair of nodes with it.
+    fn meeting_between(&self, from: &Approach, to: &Approach, cost: Cost) -> Option<Meeting> {
+        let name = |gate: usize, node: usize| NodeName { gate, node };
+        from.costs().iter().enumerate().find_map(|(first, &before)| {
+            let first = name(from.gate, first);
+            let last = to.costs().iter().enumerate().find(|&(last, &after)| {
+                before + after < UNREACHABLE
+                    && before + self.cost_of_nodes(first, name(to.gate, last)) + after == cost
+            });
+            last.map(|(last, _)| Meeting { cost, first, last: name(to.gate, last) })
+        })
+    }
+
+    /// Cost between two nodes.
+    fn cost_of_nodes(&self, from: NodeName, to: NodeName) -> Cost {
         let hierarchy = &self.layout.hierarchy;
-        let gate = std::iter::once(gate)
-            .chain(hierarchy.ancestors(gate))
+        if let Some(block) = self.pairs.block(hierarchy, from.gate, to.gate) {
+            let (low, high) = if block.is_turned { (to, from) } else { (from, to) };
+            return block.costs[low.node * hierarchy.n_nodes[high.gate] + high.node];
+        }
+        let sums = self.over_ancestors(from, to);
+        sums.min().unwrap_or(UNREACHABLE).min(UNREACHABLE)
+    }
+
+    /// Costs between two nodes over every common ancestor node that a path may go over.
+    fn over_ancestors(&self, from: NodeName, to: NodeName) -> impl Iterator<Item = Cost> + '_ {
+        let bound = self.pairs.of(from.gate, to.gate);
+        let [a, b] = [from, to].map(|node| {
+            let row = self.gate_costs.row(node);
+            &row[row.len() - bound.n_common as usize..][..bound.n_read as usize]
+        });
+        a.iter().zip(b).map(|(a, b)| a + b)
+    }
+
+    /// A node of a common ancestor on a best path between two nodes.
+    pub(crate) fn middle(&self, from: NodeName, to: NodeName) -> Option<NodeName> {
+        let best = self.over_ancestors(from, to).min()?;
+        let place = self.over_ancestors(from, to).position(|cost| cost == best)?;
+        let from_end = self.pairs.of(from.gate, to.gate).n_common as usize - place;
+        let hierarchy = &self.layout.hierarchy;
+        let gate = std::iter::once(from.gate)
+            .chain(hierarchy.ancestors(from.gate))
             .find(|&gate| hierarchy.n_above[gate] < from_end)?;
         Some(NodeName { gate, node: hierarchy.n_columns(gate) - from_end })
     }
+}
+
+/// `min over i, j of rows[i] + between[i][j] + columns[j]`.
+fn least_sum(rows: &[Cost], between: &[Cost], columns: &[Cost]) -> Cost {
+    let mut best = UNREACHABLE;
+    for (&row, between) in rows.iter().zip(between.chunks_exact(columns.len())) {
+        if row < best {
+            let sums = between.iter().zip(columns).map(|(between, column)| between + column);
+            best = best.min(row + sums.min().unwrap_or(UNREACHABLE));
+        }
+    }
+    best
 }
 
 /// Ancestor nodes looked at together: what fits in the processor's nearest memory.

@@ -17,7 +17,7 @@ use crate::cost::{Cost, UNREACHABLE};
 use crate::gate_costs::{Clique, GateCosts};
 use crate::gates::{Gate, gates};
 use crate::hierarchy::Hierarchy;
-use crate::pair_bounds::PairBounds;
+use crate::pair_costs::PairCosts;
 use crate::region_table::{Door, RegionTable};
 use crate::space::Space;
 
@@ -39,7 +39,10 @@ pub struct Plans {
     /// What crossing a gate costs beyond its length, by gate; [`UNREACHABLE`] if it is closed.
     pub(crate) tolls: Vec<Cost>,
     pub(crate) gate_costs: Arc<GateCosts>,
-    pub(crate) bounds: Arc<PairBounds>,
+    /// Of every region's doors: the toll, where it is paid on the region's side.
+    pub(crate) door_tolls: Vec<Vec<Cost>>,
+    pub(crate) pairs: Arc<PairCosts>,
+    pair_bytes_max: usize,
 }
 
 /// What does not depend on costs: regions, their cells, gates, order of elimination.
@@ -48,11 +51,30 @@ pub(crate) struct Layout {
     pub(crate) partition: Arc<Partition>,
     /// Cells by region, in row-major order.
     pub(crate) cells: Vec<Vec<u32>>,
-    /// A cell's place among those of its region.
-    pub(crate) slots: Vec<u32>,
+    /// Where every cell is found.
+    pub(crate) places: Vec<Place>,
     pub(crate) gates: Vec<Gate>,
     pub(crate) doors: Vec<Vec<Door>>,
     pub(crate) hierarchy: Hierarchy,
+}
+
+/// Region of a cell, and its place among the cells of the region that can be entered.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Place {
+    region: u32,
+    slot: u32,
+}
+
+impl Place {
+    const NOWHERE: Self = Self { region: u32::MAX, slot: u32::MAX };
+
+    pub(crate) fn region(self) -> usize {
+        self.region as usize
+    }
+
+    pub(crate) fn slot(self) -> usize {
+        self.slot as usize
+    }
 }
 
 /// Size of plan tables.
@@ -73,56 +95,58 @@ pub struct Size {
 impl Plans {
     /// Tables for a robot that goes about in `space`, cut into regions by `partition` and `graph`.
     /// `arcs` has one entry an arc of the graph. Partition and space must be of the same cells.
+    /// Costs between all nodes are kept ready if they take no more than `pair_bytes_max`; without
+    /// them answers are the same and take longer.
     pub fn new(
         space: Arc<Space>,
         partition: Arc<Partition>,
         graph: &TopologicalGraph,
         arcs: &[ArcCost],
+        pair_bytes_max: usize,
     ) -> Self {
         let layout = Arc::new(Layout::new(&space, partition, graph));
-        let tables = (0..layout.cells.len()).map(|region| layout.table(&space, region)).collect();
-        Self::assembled(space, layout, tables, arcs)
+        let tables: Vec<_> =
+            (0..layout.cells.len()).map(|region| layout.table(&space, region)).collect();
+        let tolls = layout.tolls(arcs);
+        let cliques = (0..tables.len())
+            .map(|region| Arc::new(layout.clique(&space, region, &tables[region], &tolls)))
+            .collect();
+        let gate_costs = GateCosts::new(&layout.hierarchy, cliques);
+        let of_region = layout.gates_of_regions();
+        let pairs = PairCosts::new(&layout.hierarchy, &gate_costs, &of_region, pair_bytes_max);
+        let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
+        let door_tolls = layout.door_tolls(&tolls);
+        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, pair_bytes_max }
     }
 
-    /// The same regions with other costs: only the tables of regions where a cell or a step
-    /// changed are computed again. Equal to tables made afresh, but for the order of elimination.
+    /// The same regions with other costs: only what the difference reaches is computed again.
+    /// Answers are those of tables made afresh.
     ///
     /// The cells of `space` must be those of the tables; it may close some and open these again,
     /// but not open what was closed when the tables were first made.
     pub fn with_costs(&self, space: Arc<Space>, arcs: &[ArcCost]) -> Self {
         let layout = self.layout.clone();
-        let table = |region: usize| {
-            if layout.is_same(&self.space, &space, region) {
-                self.tables[region].clone()
-            } else {
-                layout.table(&space, region)
+        let tolls = layout.tolls(arcs);
+        let mut tables = self.tables.clone();
+        let mut cliques = self.gate_costs.cliques().to_vec();
+        for (region, (table, clique)) in tables.iter_mut().zip(&mut cliques).enumerate() {
+            let is_same = layout.is_same(&self.space, &space, region);
+            if !is_same {
+                *table = layout.table(&space, region);
             }
-        };
-        let tables = (0..layout.cells.len()).map(table).collect();
-        Self::assembled(space, layout.clone(), tables, arcs)
-    }
-
-    fn assembled(
-        space: Arc<Space>,
-        layout: Arc<Layout>,
-        tables: Vec<Arc<RegionTable>>,
-        arcs: &[ArcCost],
-    ) -> Self {
-        let toll = |gate: &Gate| {
-            let tolls = gate.arcs.iter().map(|&arc| match arcs.get(arc) {
-                Some(ArcCost::Closed) => UNREACHABLE,
-                Some(&ArcCost::Open(toll)) => toll,
-                None => 0,
-            });
-            tolls.fold(0, |sum: Cost, toll| sum.saturating_add(toll).min(UNREACHABLE))
-        };
-        let tolls: Vec<Cost> = layout.gates.iter().map(toll).collect();
-        let cliques: Vec<Clique> = (0..tables.len())
-            .map(|region| layout.clique(&space, region, &tables[region], &tolls))
-            .collect();
-        let gate_costs = Arc::new(GateCosts::new(&layout.hierarchy, &cliques));
-        let bounds = Arc::new(PairBounds::new(&layout.hierarchy, &gate_costs));
-        Self { space, layout, tables, tolls, gate_costs, bounds }
+            let mut gates = layout.doors[region].iter().map(|door| door.gate);
+            if !is_same || gates.any(|gate| tolls[gate] != self.tolls[gate]) {
+                *clique = Arc::new(layout.clique(&space, region, table, &tolls));
+            }
+        }
+        let (gate_costs, is_changed) = self.gate_costs.with_cliques(&layout.hierarchy, cliques);
+        let of_region = layout.gates_of_regions();
+        let pairs =
+            self.pairs.with_changes(&layout.hierarchy, &gate_costs, &of_region, &is_changed);
+        let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
+        let door_tolls = layout.door_tolls(&tolls);
+        let pair_bytes_max = self.pair_bytes_max;
+        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, pair_bytes_max }
     }
 
     /// Where the robot can go.
@@ -142,35 +166,31 @@ impl Plans {
             n_gates: self.layout.gates.len(),
             n_nodes: self.layout.gates.iter().map(|gate| gate.nodes.len()).sum(),
             region_bytes: self.tables.iter().map(|table| table.n_bytes()).sum(),
-            gate_bytes: self.gate_costs.n_bytes() + self.bounds.n_bytes(),
+            gate_bytes: self.gate_costs.n_bytes() + self.pairs.n_bytes(),
         }
     }
 
-    /// Region and place in its table of a cell that can be entered.
-    pub(crate) fn place(&self, index: usize) -> Option<(usize, usize)> {
-        if !self.space.is_enterable(index) {
-            return None;
-        }
-        let RegionIndex(region) = self.layout.partition.region_at(index)?;
-        Some((region as usize, self.layout.slots[index] as usize))
+    /// Where a cell is found that could be entered when the tables were first made.
+    pub(crate) fn place(&self, index: usize) -> Option<Place> {
+        self.layout.places.get(index).copied().filter(|&place| place != Place::NOWHERE)
     }
 
-    /// What passing a door costs on the side of its region: the toll is paid across.
-    pub(crate) fn door_cost(&self, door: &Door) -> Cost {
-        let toll = self.tolls[door.gate];
-        if door.is_inner && toll < UNREACHABLE { 0 } else { toll }
+    /// Whether a cell lies in a region.
+    pub(crate) fn is_in(&self, region: usize, index: usize) -> bool {
+        self.layout.places[index].region() == region
     }
 }
 
 impl Layout {
     fn new(space: &Space, partition: Arc<Partition>, graph: &TopologicalGraph) -> Self {
         let mut cells = vec![vec![]; partition.n_regions() as usize];
-        let mut slots = vec![u32::MAX; space.info().n_cells()];
-        for (index, slot) in slots.iter_mut().enumerate() {
+        let mut places = vec![Place::NOWHERE; space.info().n_cells()];
+        for (index, place) in places.iter_mut().enumerate() {
             let Some(RegionIndex(region)) = partition.region_at(index) else { continue };
             if space.is_enterable(index) {
                 let cells = &mut cells[region as usize];
-                *slot = u32::try_from(cells.len()).unwrap_or(u32::MAX);
+                let slot = u32::try_from(cells.len()).unwrap_or(u32::MAX);
+                *place = Place { region, slot };
                 cells.push(u32::try_from(index).unwrap_or(u32::MAX));
             }
         }
@@ -179,16 +199,40 @@ impl Layout {
         let n_nodes = gates.iter().map(|gate| gate.nodes.len()).collect();
         let of_region = doors.iter().map(|doors| doors.iter().map(|door| door.gate).collect());
         let hierarchy = Hierarchy::new(n_nodes, of_region);
-        Self { partition, cells, slots, gates, doors, hierarchy }
+        Self { partition, cells, places, gates, doors, hierarchy }
     }
 
     /// Place of a cell in a region, if it lies there.
     fn slot_in(&self, region: usize, index: usize) -> Option<u32> {
-        let is_here = self
-            .partition
-            .region_at(index)
-            .is_some_and(|RegionIndex(at)| at as usize == region);
-        (is_here && self.slots[index] != u32::MAX).then(|| self.slots[index])
+        let place = self.places[index];
+        (place.region() == region).then_some(place.slot)
+    }
+
+    /// What crossing a gate costs beyond its length; [`UNREACHABLE`] if it is closed.
+    fn tolls(&self, arcs: &[ArcCost]) -> Vec<Cost> {
+        let toll = |gate: &Gate| {
+            let tolls = gate.arcs.iter().map(|&arc| match arcs.get(arc) {
+                Some(ArcCost::Closed) => UNREACHABLE,
+                Some(&ArcCost::Open(toll)) => toll,
+                None => 0,
+            });
+            tolls.fold(0, |sum: Cost, toll| sum.saturating_add(toll).min(UNREACHABLE))
+        };
+        self.gates.iter().map(toll).collect()
+    }
+
+    /// Tolls by region and door: paid on the side across from the nodes; a closed gate is closed
+    /// on both.
+    fn door_tolls(&self, tolls: &[Cost]) -> Vec<Vec<Cost>> {
+        let toll = |door: &Door| match tolls[door.gate] {
+            toll if door.is_inner && toll < UNREACHABLE => 0,
+            toll => toll,
+        };
+        self.doors.iter().map(|doors| doors.iter().map(toll).collect()).collect()
+    }
+
+    fn gates_of_regions(&self) -> Vec<Vec<usize>> {
+        self.doors.iter().map(|doors| doors.iter().map(|door| door.gate).collect()).collect()
     }
 
     fn table(&self, space: &Space, region: usize) -> Arc<RegionTable> {
@@ -200,14 +244,11 @@ impl Layout {
     /// Whether all that a region's table is made from is the same in two spaces.
     fn is_same(&self, before: &Space, after: &Space, region: usize) -> bool {
         let is_same = |index: usize| {
-            before.moves(index) == after.moves(index)
-                && before.weight(index) == after.weight(index)
+            before.moves(index) == after.moves(index) && before.weight(index) == after.weight(index)
         };
         let across = self.doors[region].iter().filter(|door| !door.is_inner);
         self.cells[region].iter().all(|&cell| is_same(cell as usize))
-            && across
-                .flat_map(|door| &self.gates[door.gate].nodes)
-                .all(|node| is_same(node.cell))
+            && across.flat_map(|door| &self.gates[door.gate].nodes).all(|node| is_same(node.cell))
     }
 
     /// Costs between the nodes of a region's gates by ways inside it.
@@ -254,13 +295,7 @@ fn starts(
 }
 
 /// Costs from a cell to all nodes of its region, tolls included.
-fn row_of(
-    table: &RegionTable,
-    doors: &[Door],
-    slot: usize,
-    tolls: &[Cost],
-    row: &mut [Cost],
-) {
+fn row_of(table: &RegionTable, doors: &[Door], slot: usize, tolls: &[Cost], row: &mut [Cost]) {
     for (at, door) in doors.iter().enumerate() {
         let toll = tolls[door.gate];
         let to = &mut row[door.first..][..door.n_nodes];

@@ -46,7 +46,7 @@ impl Plans {
             return UNREACHABLE;
         };
         let by_gates = self.cost_by_gates(start, goal);
-        if start.0 == goal.0 {
+        if start.region() == goal.region() {
             return by_gates.min(scratch.search(self, from, to, by_gates));
         }
         by_gates
@@ -54,7 +54,7 @@ impl Plans {
 
     /// Regions and gates of the best path between two cells, by index; `None` if there is none.
     pub fn route(&self, from: usize, to: usize, scratch: &mut Scratch) -> Option<Route> {
-        let (region, _) = self.place(from)?;
+        let region = self.place(from)?.region();
         let pieces = self.pieces(from, to, scratch)?;
         Some(route_of(region, &pieces))
     }
@@ -70,7 +70,7 @@ impl Plans {
         let (start, goal) = (self.place(from)?, self.place(to)?);
         let meeting = self.meeting(start, goal);
         let by_gates = meeting.map_or(UNREACHABLE, |meeting| meeting.cost);
-        if start.0 == goal.0 {
+        if start.region() == goal.region() {
             let cost = scratch.search(self, from, to, by_gates);
             if cost < by_gates {
                 return Some(Pieces { cost, first: None, legs: vec![], last: None });
@@ -79,13 +79,14 @@ impl Plans {
         let meeting = meeting?;
         let mut legs = vec![];
         let hierarchy = &self.layout.hierarchy;
-        self.gate_costs.legs(hierarchy, meeting.first, meeting.middle, &mut legs);
-        self.gate_costs.legs(hierarchy, meeting.middle, meeting.last, &mut legs);
+        let middle = self.middle(meeting.first, meeting.last)?;
+        self.gate_costs.legs(hierarchy, meeting.first, middle, &mut legs);
+        self.gate_costs.legs(hierarchy, middle, meeting.last, &mut legs);
         Some(Pieces {
             cost: meeting.cost,
-            first: Some((start.0, meeting.first)),
+            first: Some((start.region(), meeting.first)),
             legs,
-            last: Some((goal.0, meeting.last)),
+            last: Some((goal.region(), meeting.last)),
         })
     }
 }

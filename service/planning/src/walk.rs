@@ -32,7 +32,7 @@ struct Goal<'a> {
 impl Plans {
     /// The best path between two cells, by index; `None` if there is none.
     pub fn path(&self, from: usize, to: usize, scratch: &mut Scratch) -> Option<GridPath> {
-        let (region, _) = self.place(from)?;
+        let region = self.place(from)?.region();
         let pieces = self.pieces(from, to, scratch)?;
         let route = route_of(region, &pieces);
         let mut cells = vec![];
@@ -58,7 +58,7 @@ impl Plans {
     fn walk_leg(&self, leg: &Leg, cells: &mut Vec<u32>) {
         let region = leg.region as usize;
         let node = &self.layout.gates[leg.from.gate].nodes[leg.from.node];
-        if self.layout.partition.region_at(node.cell).is_some_and(|at| at.0 == leg.region) {
+        if self.is_in(region, node.cell) {
             return self.walk(region, node.cell, leg.to, cells);
         }
         if self.cell_of(leg.to) == node.cell {
@@ -66,9 +66,8 @@ impl Plans {
         }
         // From across: the best of the steps that lead in.
         let Some(goal) = self.goal(region, leg.to) else { return };
-        let open = node.across.iter().filter(|(step, _)| {
-            self.space.moves(node.cell) >> step & 1 == 1
-        });
+        let open =
+            node.across.iter().filter(|(step, _)| self.space.moves(node.cell) >> step & 1 == 1);
         let onward = |&&(step, cell): &&(usize, usize)| {
             let cost = self.space.step_cost(node.cell, step);
             cost.saturating_add(self.onward(&goal, cell))
@@ -118,7 +117,7 @@ impl Plans {
 
     /// Cost from a cell of the goal's region to the goal.
     fn onward(&self, goal: &Goal, cell: usize) -> Cost {
-        goal.table.cost(self.layout.slots[cell] as usize, goal.door, goal.node)
+        goal.table.cost(self.layout.places[cell].slot(), goal.door, goal.node)
     }
 
     /// A step on a best way, `left` being what is left: the one taken last if it is one.
@@ -135,11 +134,8 @@ impl Plans {
             let next = self.space.neighbor(cell, step);
             let cost = self.space.step_cost(cell, step);
             let arrives = goal.across.contains(&((step + 4) % 8, cell)) && next == goal.cell;
-            let is_here = || {
-                let region = self.layout.partition.region_at(next);
-                region.is_some_and(|region| region.0 as usize == goal.region)
-            };
-            arrives && cost == left || is_here() && cost + self.onward(goal, next) == left
+            arrives && cost == left
+                || self.is_in(goal.region, next) && cost + self.onward(goal, next) == left
         })
     }
 }

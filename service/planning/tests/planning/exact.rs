@@ -32,7 +32,8 @@ fn worlds() -> impl Strategy<Value = World> {
         ];
         let columns = proptest::collection::btree_set(1..width, 0..3);
         let rows = proptest::collection::btree_set(1..height, 0..3);
-        let arc_cost = prop_oneof![4 => Just(Some(0)), 1 => (1..9000_u32).prop_map(Some), 1 => Just(None)];
+        let arc_cost =
+            prop_oneof![4 => Just(Some(0)), 1 => (1..9000_u32).prop_map(Some), 1 => Just(None)];
         let arc_costs = proptest::collection::vec(arc_cost, 60);
         (Just(width), Just(height), weights, columns, rows, 1..4_usize, arc_costs).prop_map(
             |(width, height, weights, columns, rows, n_arcs_a_pair, arc_costs)| World {
@@ -52,6 +53,13 @@ struct Made {
     space: Arc<Space>,
     partition: Arc<Partition>,
     graph: TopologicalGraph,
+}
+
+impl Made {
+    fn plans(&self, arcs: &[ArcCost], pair_bytes_max: usize) -> Plans {
+        let (space, partition) = (self.space.clone(), self.partition.clone());
+        Plans::new(space, partition, &self.graph, arcs, pair_bytes_max)
+    }
 }
 
 impl World {
@@ -237,8 +245,10 @@ proptest! {
     fn tables_equal_dijkstra(world in worlds(), seed in 0..1000_usize) {
         let made = world.made();
         let arcs = world.arc_costs(&made.graph);
-        let plans = Plans::new(made.space.clone(), made.partition.clone(), &made.graph, &arcs);
-        check(&plans, &Steps::new(&made, &arcs), seed)?;
+        for pair_bytes_max in [usize::MAX / 2, 0] {
+            let plans = made.plans(&arcs, pair_bytes_max);
+            check(&plans, &Steps::new(&made, &arcs), seed)?;
+        }
     }
 
     /// Tables after changes equal the optimum, and tables made afresh.
@@ -251,7 +261,7 @@ proptest! {
     ) {
         let made = world.made();
         let open = vec![ArcCost::Open(0); made.graph.arcs.len()];
-        let before = Plans::new(made.space.clone(), made.partition.clone(), &made.graph, &open);
+        let before = [usize::MAX / 2, 0].map(|bytes_max| made.plans(&open, bytes_max));
         let info = made.space.info();
         let mut weights: Vec<u8> = (0..info.n_cells()).map(|cell| made.space.weight(cell)).collect();
         for cell in blocked {
@@ -264,8 +274,14 @@ proptest! {
         }
         let space = Arc::new(Space::new(info, weights).expect("a weight a cell"));
         let arcs = world.arc_costs(&made.graph);
-        let changed = before.with_costs(space.clone(), &arcs);
+        let changed = before.map(|plans| plans.with_costs(space.clone(), &arcs));
+        let opened = [0, 1].map(|at| changed[at].with_costs(made.space.clone(), &open));
+        for plans in opened {
+            check(&plans, &Steps::new(&made, &open), seed)?;
+        }
         let made = Made { space, ..made };
-        check(&changed, &Steps::new(&made, &arcs), seed)?;
+        for plans in changed {
+            check(&plans, &Steps::new(&made, &arcs), seed)?;
+        }
     }
 }
