@@ -12,6 +12,8 @@
 
 mod between;
 
+use std::cmp::Reverse;
+
 use crate::cost::{Cost, STRAIGHT, UNREACHABLE};
 use crate::space::Space;
 
@@ -41,23 +43,26 @@ impl Search {
     ) {
         self.reset(space);
         let cost_max = cost_max.min(UNREACHABLE - 1);
-        let is_seed =
-            |&(cell, cost): &(usize, Cost)| space.is_enterable(cell) && cost <= cost_max;
+        let is_seed = |&(cell, cost): &(usize, Cost)| space.is_enterable(cell) && cost <= cost_max;
         let mut seeds: Vec<(usize, Cost)> = seeds.into_iter().filter(is_seed).collect();
-        seeds.sort_unstable_by(|a, b| b.1.cmp(&a.1));
+        seeds.sort_unstable_by_key(|&(_, cost)| Reverse(cost));
         loop {
-            let near = self.queue.next_key();
-            while let Some(&(cell, cost)) = seeds.last() {
-                if near.is_some_and(|key| key < key_of(cost)) || self.queue.is_before(cost) {
-                    break;
-                }
-                seeds.pop();
-                self.reach(cell, cost, cost);
-            }
-            let Some((cell, cost)) = self.queue.pop() else { break };
+            self.feed(&mut seeds);
+            let Some((cell, cost)) = self.queue.pop() else { return };
             if self.costs[cell] == cost {
                 self.relax(space, cell, cost_max);
             }
+        }
+    }
+
+    /// Queues the seeds whose turn it is; the cheapest is the last.
+    fn feed(&mut self, seeds: &mut Vec<(usize, Cost)>) {
+        while let Some(&(cell, cost)) = seeds.last() {
+            if self.queue.next_key().is_some_and(|key| key < key_of(cost)) {
+                return;
+            }
+            seeds.pop();
+            self.reach(cell, cost, cost);
         }
     }
 
@@ -146,7 +151,7 @@ fn key_of(rank: Cost) -> usize {
 struct Buckets {
     /// Cells with what they cost when they were queued; bucket `key % N_BUCKETS`.
     buckets: [Vec<(u32, Cost)>; N_BUCKETS],
-    /// Key of the bucket that is emptied.
+    /// No cell is queued in a bucket before this.
     key: usize,
     n_queued: usize,
 }
@@ -163,13 +168,11 @@ impl Buckets {
         (self.key, self.n_queued) = (0, 0);
     }
 
-    /// `rank` must not lie before the bucket that is emptied nor [`N_BUCKETS`] after it.
+    /// All that is queued must lie within [`N_BUCKETS`] buckets.
     fn push(&mut self, cell: u32, cost: Cost, rank: Cost) {
         let key = key_of(rank);
-        if self.n_queued == 0 {
-            self.key = key;
-        }
-        debug_assert!(self.key <= key && key < self.key + N_BUCKETS, "{key} is out of turn");
+        self.key = if self.n_queued == 0 { key } else { self.key.min(key) };
+        debug_assert!(key < self.key + N_BUCKETS, "{key} is out of turn");
         self.buckets[key % N_BUCKETS].push((cell, cost));
         self.n_queued += 1;
     }
@@ -183,11 +186,6 @@ impl Buckets {
             self.key += 1;
         }
         Some(self.key)
-    }
-
-    /// Whether something is queued whose bucket comes before that of `rank`.
-    fn is_before(&self, rank: Cost) -> bool {
-        0 < self.n_queued && self.key < key_of(rank)
     }
 
     fn pop(&mut self) -> Option<(usize, Cost)> {
