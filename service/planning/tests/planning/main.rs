@@ -1,3 +1,7 @@
 //! Planning against its definitions.
 
+mod consistency;
 mod exact;
+mod floors;
+mod topological;
+mod triplets;
