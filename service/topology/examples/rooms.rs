@@ -14,7 +14,7 @@ mod plan;
 
 use std::collections::BTreeMap;
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use meetpoint_topology::{Partition, RegionIndex, TopologyParams, partition, segmentation};
 use plan::free_space;

@@ -113,13 +113,17 @@ impl<'a> Weighing<'a> {
     ) -> Self {
         let n_regions = fine.n_regions() as usize;
         let cell_m2 = clearance.info().frame.resolution_m().powi(2);
-        let (mut widest_m, mut area_m2) = (vec![0.0_f64; n_regions], vec![0.0; n_regions]);
-        for index in 0..clearance.squared().len() {
+        let (mut widest, mut n_cells) = (vec![0; n_regions], vec![0_u32; n_regions]);
+        for (index, &squared) in clearance.squared().iter().enumerate() {
             if let Some(RegionIndex(region)) = fine.region_at(index) {
-                area_m2[region as usize] += cell_m2;
-                widest_m[region as usize] = widest_m[region as usize].max(clearance.at_m(index));
+                n_cells[region as usize] += 1;
+                widest[region as usize] = squared.max(widest[region as usize]);
             }
         }
+        let resolution_m = clearance.info().frame.resolution_m();
+        let in_m = |squared: u32| f64::from(squared).sqrt() * resolution_m;
+        let widest_m = widest.into_iter().map(in_m).collect();
+        let area_m2 = n_cells.into_iter().map(|n| f64::from(n) * cell_m2).collect();
         let of_line = |line: &CriticalLine| {
             let pairs = pairs(fine, &line.crossings);
             pairs.into_keys().map(|[a, b]| [a.0, b.0]).collect()

@@ -84,18 +84,24 @@ fn line(
     }
 }
 
-/// Whether some of `cells`, ascending, are so near to a line that its opening may read them.
+/// Whether some of `cells`, ascending, are so near to a line that its opening may read them: no
+/// farther behind it than `depth` cells, and no farther along it than a run is followed.
 fn sees(lattice: Lattice, [from, to]: [usize; 2], depth: f64, cells: &[usize]) -> bool {
-    let [dx, dy] = lattice.offset(from, to);
-    let length = (dx as f64).hypot(dy as f64);
-    let middle = lattice.moved(from, [dx / 2, dy / 2]);
-    // The middle is rounded to a cell, and so is what is read.
-    let reach = reach(length, depth).ceil().min(f64::from(u32::MAX)) as usize + 2;
-    let mut is_near = false;
-    lattice.for_each_row(middle, reach, |row| {
-        is_near |= cells[cells.partition_point(|&cell| cell < row.start)..]
-            .first()
-            .is_some_and(|&cell| cell < row.end);
-    });
-    is_near
+    let [dx, dy] = lattice.offset(from, to).map(|n| n as f64);
+    let length = dx.hypot(dy);
+    let middle = lattice.column_row(from).map(|n| n as f64);
+    let middle = [middle[0] + dx / 2.0, middle[1] + dy / 2.0];
+    // A cell is read where it is touched, up to half its diagonal from its centre.
+    let (along_max, behind_max) = (reach(length) + 1.0, depth + 1.0);
+    let is_near = |[x, y]: [f64; 2]| {
+        let (along, behind) = ((x * dx + y * dy) / length, (x * dy - y * dx) / length);
+        along.abs() <= along_max && behind.abs() <= behind_max
+    };
+    let rows_max = along_max.hypot(behind_max);
+    let row_of = |index: usize| lattice.column_row(index)[1] as f64;
+    let first = cells.partition_point(|&index| row_of(index) < middle[1] - rows_max);
+    let near_rows = cells[first..].iter().take_while(|&&i| row_of(i) <= middle[1] + rows_max);
+    near_rows
+        .map(|&index| lattice.column_row(index))
+        .any(|[x, y]| is_near([x as f64 - middle[0], y as f64 - middle[1]]))
 }

@@ -70,18 +70,23 @@ pub fn topological_graph(
 fn regions(partition: &Partition, clearance: &Clearance) -> Vec<Region> {
     let lattice = Lattice::new(partition.info());
     let frame = partition.info().frame;
-    let nothing = Region { area_m2: 0.0, center: Point2::origin(), clearance_m: 0.0 };
-    let mut regions = vec![nothing; partition.n_regions() as usize];
+    // Number of cells, and the first of those farthest from the walls.
+    let mut found = vec![(0_u32, None::<usize>); partition.n_regions() as usize];
+    let squared = clearance.squared();
     for index in 0..partition.info().n_cells() {
         let Some(RegionIndex(region)) = partition.region_at(index) else { continue };
-        let region = &mut regions[region as usize];
-        region.area_m2 += frame.resolution_m().powi(2);
-        if region.clearance_m < clearance.at_m(index) {
-            region.clearance_m = clearance.at_m(index);
-            region.center = frame.center_of(lattice.cell(index));
+        let (n_cells, center) = &mut found[region as usize];
+        *n_cells += 1;
+        if center.is_none_or(|center| squared[center] < squared[index]) {
+            *center = Some(index);
         }
     }
-    regions
+    let region = |(n_cells, center): (u32, Option<usize>)| Region {
+        area_m2: f64::from(n_cells) * frame.resolution_m().powi(2),
+        center: center.map_or_else(Point2::origin, |index| frame.center_of(lattice.cell(index))),
+        clearance_m: center.map_or(0.0, |index| clearance.at_m(index)),
+    };
+    found.into_iter().map(region).collect()
 }
 
 fn arc(

@@ -46,9 +46,9 @@ pub(crate) fn opening(open: &FreeSpace, basis: [usize; 2], depth: f64) -> f64 {
     of_side([-along[1], along[0]]).min(of_side([along[1], -along[0]]))
 }
 
-/// How far from the middle of its line `opening` looks, in cells.
-pub(crate) fn reach(length: f64, depth: f64) -> f64 {
-    (OPENING_MAX * length).hypot(depth) + STEP
+/// How far a run along a line of that length is followed from its middle, both in cells.
+pub(crate) fn reach(length: f64) -> f64 {
+    OPENING_MAX * length + STEP
 }
 
 struct Walker<'a> {

@@ -59,18 +59,29 @@ impl Partition {
     /// of its group. Regions are counted anew, in the order of their first cells.
     #[must_use]
     pub fn joined(&self, group: impl Fn(RegionIndex) -> RegionIndex) -> Self {
+        let groups = (0..self.n_regions).map(|region| group(RegionIndex(region)).0).collect();
+        self.clone().renamed(groups)
+    }
+
+    /// Regions with the same group become one, counted anew in the order of their first cells.
+    /// Groups are below the number of regions.
+    fn renamed(mut self, groups: Vec<u32>) -> Self {
+        let mut name_of_group = vec![NOT_FREE; self.n_regions as usize];
         let mut name = vec![NOT_FREE; self.n_regions as usize];
-        let mut n_regions = 0;
-        let mut of_cell = self.of_cell.clone();
-        for region in of_cell.iter_mut().filter(|region| **region != NOT_FREE) {
-            let name = &mut name[group(RegionIndex(*region)).0 as usize];
-            if *name == NOT_FREE {
-                *name = n_regions;
-                n_regions += 1;
+        self.n_regions = 0;
+        for region in self.of_cell.iter_mut().filter(|region| **region != NOT_FREE) {
+            let at = *region as usize;
+            if name[at] == NOT_FREE {
+                let of_group = &mut name_of_group[groups[at] as usize];
+                if *of_group == NOT_FREE {
+                    *of_group = self.n_regions;
+                    self.n_regions += 1;
+                }
+                name[at] = *of_group;
             }
-            *region = *name;
+            *region = name[at];
         }
-        Self { info: self.info, n_regions, of_cell }
+        self
     }
 }
 
@@ -108,7 +119,9 @@ pub(crate) fn updated_partition<'a>(
         }
     }
     again.extend(differences);
-    without.filled(space, again, &Cuts::new(space, cuts)).joined(|region| region)
+    let filled = without.filled(space, again, &Cuts::new(space, cuts));
+    let alone = (0..filled.n_regions).collect();
+    filled.renamed(alone)
 }
 
 /// Cuts, to be asked for by step.

@@ -3,9 +3,8 @@
 //! Every step of [`segmentation`] looks at what the step before it changed, and at nothing else:
 //! obstacles beside cells that differ, clearance between walls there, turns of the thinning that saw
 //! something new, critical points within epsilon along the diagram, lines that look into changed
-//! space, fine regions that hold changed cells or cuts. Two steps are done in full, because a local
-//! change reaches through the whole graph or they are but a walk over the cells of lines: making the
-//! diagram one cell wide, and the choice among some hundred lines.
+//! space, fine regions that hold changed cells or cuts. The choice among
+//! some hundred lines is made in full: a door that closes can tip it anywhere in the building.
 //!
 //! Whatever was before, the result is that of [`segmentation`], bit for bit. Time O(what the change
 //! reaches + cells), where the second term is reading and writing rows.
@@ -18,7 +17,6 @@ use crate::islands::update_walls;
 use crate::regions::updated_partition;
 use crate::relocation::Relocation;
 use crate::segmentation::{Segmentation, Trace, segmentation};
-use crate::voronoi::Voronoi;
 
 /// Cuts a space into regions, given those of the space as it was, with the same parameters. A
 /// space whose rectangle does not hold that of the one before is cut afresh.
@@ -36,10 +34,10 @@ pub fn resegmentation(before: Segmentation, space: &FreeSpace) -> Segmentation {
     let spaces = [&old_space, space];
     let flipped = update_walls(&mut open, spaces, &differences, params.island_extent_max_m);
     let moved = update_clearance(&mut before.clearance, &open, &flipped);
-    let clearance = before.clearance;
-    making.update(&open, &clearance, &params.voronoi, [&flipped, &moved]);
-    let voronoi = making.voronoi(&open, &clearance);
-    let changed = changed_on(&before.voronoi, &voronoi, &moved);
+    let Segmentation { clearance, mut voronoi, .. } = before;
+    let walls = (&open, &clearance);
+    let mut changed = making.update(&mut voronoi, walls, &params.voronoi, [&flipped, &moved]);
+    changed.extend(moved.into_iter().filter(|&index| voronoi.is_on()[index]));
     update_minima(&mut minima, &voronoi, &clearance, &params.critical, &changed);
     let points = points_at(&minima, &clearance, &params.critical);
     let depth_m = params.constriction.depth_m;
@@ -48,18 +46,6 @@ pub fn resegmentation(before: Segmentation, space: &FreeSpace) -> Segmentation {
     let fine = updated_partition(fine, space, cuts, &differences, &changed_cuts);
     let trace = Trace { params, space: space.clone(), open, making, minima, lines, fine };
     trace.segmentation(clearance, voronoi, points)
-}
-
-/// Cells, ascending, that came onto the diagram or left it, and those on it among `moved`, cells
-/// with another clearance.
-fn changed_on(before: &Voronoi, now: &Voronoi, moved: &[usize]) -> Vec<usize> {
-    let is_news = |&index: &usize| before.is_on()[index] != now.is_on()[index];
-    let came_or_left = before.cells().iter().chain(now.cells()).copied().filter(is_news);
-    let moved_on = moved.iter().copied().filter(|&index| now.is_on()[index]);
-    let mut changed: Vec<usize> = came_or_left.chain(moved_on).collect();
-    changed.sort_unstable();
-    changed.dedup();
-    changed
 }
 
 impl Segmentation {

@@ -85,8 +85,7 @@ pub(crate) struct Trace {
 pub fn segmentation(space: &FreeSpace, params: &TopologyParams) -> Segmentation {
     let open = space.without_islands(params.island_extent_max_m);
     let clearance = clearance(&open);
-    let making = Making::new(&open, &clearance, &params.voronoi);
-    let voronoi = making.voronoi(&open, &clearance);
+    let (making, voronoi) = Making::new(&open, &clearance, &params.voronoi);
     let minima = minima(&voronoi, &clearance, &params.critical, voronoi.cells().iter().copied());
     let points = points_at(&minima, &clearance, &params.critical);
     let lines = critical_lines(&open, &clearance, &points, params.constriction.depth_m);

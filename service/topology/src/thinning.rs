@@ -17,7 +17,8 @@
 //! that of thinning afresh, bit for bit. Time O(cells log cells); for a change O(turns that it
 //! reaches · log of those).
 
-use std::collections::BTreeMap;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 
 use crate::lattice::Lattice;
 
@@ -37,8 +38,13 @@ pub(crate) struct Thinning<'a, Kept: Fn(usize, usize) -> bool> {
     pub(crate) is_kept: Kept,
 }
 
-/// Turns to be repeated, by key, with the cells that were removed in each before.
-type Agenda = BTreeMap<u64, Vec<usize>>;
+/// Turns to be repeated.
+struct Agenda {
+    /// By key, with the cells that were removed in each before.
+    turns: BinaryHeap<Reverse<(u64, Vec<usize>)>>,
+    /// Whether a cell's turn is among them.
+    has: Vec<bool>,
+}
 
 impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
     /// Gives every cell of `cells` its turn; none has been removed yet.
@@ -53,9 +59,11 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
     }
 
     /// Brings the record of a thinning to what it is now, given all cells that came, went, have
-    /// another clearance or must stay for other reasons than before.
-    pub(crate) fn repeat(&mut self, changed: &[usize]) {
-        let mut agenda = Agenda::new();
+    /// another clearance or must stay for other reasons than before; returns the cells whose turn to
+    /// go may be another, or none, some more than once.
+    pub(crate) fn repeat(&mut self, changed: &[usize]) -> Vec<usize> {
+        let has = vec![false; self.removed_by.len()];
+        let mut agenda = Agenda { turns: BinaryHeap::new(), has };
         let mut touched = changed.to_vec();
         for &index in changed {
             // A turn at another time is another turn.
@@ -67,10 +75,15 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
                 self.put(by as usize, &mut agenda);
             }
         }
-        for index in touched {
-            self.put_all_that_saw(index, 0, &mut agenda);
+        let around = |&index: &usize| self.lattice.around(index).into_iter().chain([index]);
+        let mut asked: Vec<usize> = touched.iter().flat_map(around).collect();
+        asked.sort_unstable();
+        asked.dedup();
+        for index in asked {
+            self.put_all_that_asked(index, 0, &mut agenda);
         }
-        while let Some((key, before)) = agenda.pop_first() {
+        while let Some(Reverse((key, before))) = agenda.turns.pop() {
+            agenda.has[owner(key)] = false;
             let mut now = vec![];
             self.turn(key, |thinning, index| {
                 let by = thinning.removed_by[index];
@@ -85,9 +98,13 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
                 cells.iter().filter(differs).copied().collect::<Vec<_>>()
             };
             for index in only(&now, &before).into_iter().chain(only(&before, &now)) {
-                self.put_all_that_saw(index, key, &mut agenda);
+                touched.push(index);
+                for asked in self.lattice.around(index).into_iter().chain([index]) {
+                    self.put_all_that_asked(asked, key, &mut agenda);
+                }
             }
         }
+        touched
     }
 
     fn key(&self, index: usize) -> u64 {
@@ -102,7 +119,7 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
 
     /// The turn of one cell; `removing` is told of cells before they go.
     fn turn(&mut self, key: u64, mut removing: impl FnMut(&mut Self, usize)) {
-        let owner = (key & u64::from(u32::MAX)) as usize;
+        let owner = owner(key);
         let mut asked = vec![owner];
         while let Some(index) = asked.pop() {
             if !self.is_on(index, key) || !self.is_simple(index, key) {
@@ -126,30 +143,29 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
         crossings == 1 && !(self.is_kept)(index, n_neighbors)
     }
 
-    /// Puts all turns on the agenda after that of `key` which asked a neighbour of the cell, or the
-    /// cell itself, and so saw whether it is on: the neighbours' own, and those in which cells
-    /// beside the neighbours went.
-    fn put_all_that_saw(&mut self, index: usize, key: u64, agenda: &mut Agenda) {
-        for asked in self.lattice.around(index).into_iter().chain([index]) {
-            if !self.lattice.is_inside(asked) {
-                continue;
-            }
-            if key < self.key(asked) && self.is_open[asked] {
-                self.put(asked, agenda);
-            }
-            for gone in self.lattice.around(asked) {
-                let by = self.removed_by[gone];
-                if by != NEVER && key < self.key(by as usize) {
-                    self.put(by as usize, agenda);
-                }
+    /// Puts all turns on the agenda after that of `key` which asked the cell, and so saw its
+    /// neighbours: its own, and those in which neighbours went.
+    fn put_all_that_asked(&mut self, index: usize, key: u64, agenda: &mut Agenda) {
+        if !self.lattice.is_inside(index) {
+            return;
+        }
+        if key < self.key(index) && self.is_open[index] {
+            self.put(index, agenda);
+        }
+        for gone in self.lattice.around(index) {
+            let by = self.removed_by[gone];
+            if by != NEVER && key < self.key(by as usize) {
+                self.put(by as usize, agenda);
             }
         }
     }
 
     /// Puts the turn of `owner` on the agenda, as if it had not been.
     fn put(&mut self, owner: usize, agenda: &mut Agenda) {
-        let key = self.key(owner);
-        agenda.entry(key).or_insert_with(|| self.forget(owner));
+        if !agenda.has[owner] {
+            agenda.has[owner] = true;
+            agenda.turns.push(Reverse((self.key(owner), self.forget(owner))));
+        }
     }
 
     /// Puts the cells back that were removed in the turn of `owner`: those that hang together with
@@ -174,4 +190,9 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
         cells.sort_unstable();
         cells
     }
+}
+
+/// Whose turn it is.
+fn owner(key: u64) -> usize {
+    (key & u64::from(u32::MAX)) as usize
 }

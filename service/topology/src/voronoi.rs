@@ -82,75 +82,133 @@ impl Voronoi {
 
 /// The Voronoi diagram of the walls of `open`.
 pub fn voronoi(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> Voronoi {
-    Making::new(open, clearance, params).voronoi(open, clearance)
+    Making::new(open, clearance, params).1
 }
 
-/// How a diagram came about.
+/// How a diagram came about: two thinnings. The first leaves the anchors, which lie beside
+/// bisectors, and what holds them together; the second makes that one cell wide and keeps its ends.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Making {
-    /// Cells beside the bisector of two different basis points.
     is_anchor: Vec<bool>,
-    /// In whose turn every cell was removed first, when no anchors were.
-    removed_by: Vec<u32>,
+    /// In whose turn every cell was removed, by either thinning.
+    removed_by: [Vec<u32>; 2],
+    /// Which cells the first one left.
+    is_left: Vec<bool>,
 }
 
 impl Making {
-    /// All afresh.
-    pub(crate) fn new(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) -> Self {
+    /// All afresh, with the diagram.
+    pub(crate) fn new(
+        open: &FreeSpace,
+        clearance: &Clearance,
+        params: &VoronoiParams,
+    ) -> (Self, Voronoi) {
         let is_anchor = Bisectors::new(open, clearance, params).all();
         let n_cells = is_anchor.len();
-        let mut removed_by = vec![NEVER; n_cells];
-        let free = (0..n_cells).filter(|&index| open.is_free()[index]);
-        thinning(open, clearance, &is_anchor, &mut removed_by).peel(free);
-        Self { is_anchor, removed_by }
+        let removed_by = [vec![NEVER; n_cells], vec![NEVER; n_cells]];
+        let mut making = Self { is_anchor, removed_by, is_left: open.is_free().to_vec() };
+        let cells_on = |is_on: &[bool]| (0..n_cells).filter(|&at| is_on[at]).collect::<Vec<_>>();
+        making.first(open, clearance).peel(cells_on(open.is_free()).into_iter());
+        for (is_left, &by) in making.is_left.iter_mut().zip(&making.removed_by[0]) {
+            *is_left &= by == NEVER;
+        }
+        let left = cells_on(&making.is_left);
+        making.second(open, clearance).peel(left.iter().copied());
+        let mut is_on = making.is_left.clone();
+        for (is_on, &by) in is_on.iter_mut().zip(&making.removed_by[1]) {
+            *is_on &= by == NEVER;
+        }
+        let cells = left.into_iter().filter(|&index| is_on[index]).collect();
+        (making, Voronoi { info: open.info(), is_on, cells })
     }
 
-    /// Brings it to what it is now, given the cells, ascending, that opened or closed, and those
-    /// whose clearance or basis point changed.
+    /// Brings it and the diagram to what they are now, given the cells, ascending, that opened or
+    /// closed, and those whose clearance or basis point changed; returns the cells, ascending, that
+    /// came onto the diagram or left it.
     pub(crate) fn update(
+        &mut self,
+        voronoi: &mut Voronoi,
+        (open, clearance): (&FreeSpace, &Clearance),
+        params: &VoronoiParams,
+        [flipped, moved]: [&[usize]; 2],
+    ) -> Vec<usize> {
+        let mut changed = [flipped, moved].concat();
+        changed.extend(self.update_anchors(open, clearance, params, &changed));
+        let affected = self.first(open, clearance).repeat(&changed);
+        for &index in affected.iter().chain(flipped) {
+            let is_left = open.is_free()[index] && self.removed_by[0][index] == NEVER;
+            if self.is_left[index] != is_left {
+                self.is_left[index] = is_left;
+                changed.push(index);
+            }
+        }
+        let mut affected = self.second(open, clearance).repeat(&changed);
+        affected.extend(changed);
+        affected.sort_unstable();
+        affected.dedup();
+        affected.retain(|&index| {
+            let is_on = self.is_left[index] && self.removed_by[1][index] == NEVER;
+            let is_news = voronoi.is_on[index] != is_on;
+            voronoi.is_on[index] = is_on;
+            is_news
+        });
+        voronoi.cells.extend(&affected);
+        voronoi.cells.retain(|&index| voronoi.is_on[index]);
+        voronoi.cells.sort_unstable();
+        affected
+    }
+
+    /// Cells that became anchors or ceased to be, given all that changed.
+    fn update_anchors(
         &mut self,
         open: &FreeSpace,
         clearance: &Clearance,
         params: &VoronoiParams,
-        [flipped, moved]: [&[usize]; 2],
-    ) {
+        changed: &[usize],
+    ) -> Vec<usize> {
         let lattice = Lattice::new(open.info());
         let bisectors = Bisectors::new(open, clearance, params);
-        let mut changed = [flipped, moved].concat();
         let near = changed.iter().flat_map(|&index| lattice.beside(index));
         let mut asked: Vec<usize> = near.chain(changed.iter().copied()).collect();
         asked.sort_unstable();
         asked.dedup();
-        for index in asked {
+        asked.retain(|&index| {
             let is_anchor = bisectors.pass_by(index);
-            if self.is_anchor[index] != is_anchor {
-                self.is_anchor[index] = is_anchor;
-                changed.push(index);
-            }
-        }
-        changed.sort_unstable();
-        changed.dedup();
-        thinning(open, clearance, &self.is_anchor, &mut self.removed_by).repeat(&changed);
+            let is_news = self.is_anchor[index] != is_anchor;
+            self.is_anchor[index] = is_anchor;
+            is_news
+        });
+        asked
     }
 
-    /// The diagram: anchors and what holds them together, made one cell wide; ends stay where they
-    /// are.
-    pub(crate) fn voronoi(&self, open: &FreeSpace, clearance: &Clearance) -> Voronoi {
-        let stays = |index: usize| open.is_free()[index] && self.removed_by[index] == NEVER;
-        let mut is_on: Vec<bool> = (0..open.is_free().len()).map(stays).collect();
-        let mut cells: Vec<usize> = (0..is_on.len()).filter(|&index| is_on[index]).collect();
-        let mut removed_by = vec![NEVER; is_on.len()];
-        let is_kept = |index: usize, n_neighbors: usize| n_neighbors < 2 && self.is_anchor[index];
-        let lattice = Lattice::new(open.info());
-        let squared = clearance.squared();
-        let removed = &mut removed_by;
-        Thinning { lattice, is_open: &is_on, squared, removed_by: removed, is_kept }
-            .peel(cells.iter().copied());
-        cells.retain(|&index| {
-            is_on[index] = removed_by[index] == NEVER;
-            is_on[index]
-        });
-        Voronoi { info: open.info(), is_on, cells }
+    fn first<'a>(
+        &'a mut self,
+        open: &'a FreeSpace,
+        clearance: &'a Clearance,
+    ) -> Thinning<'a, impl Fn(usize, usize) -> bool> {
+        let is_anchor = &self.is_anchor;
+        Thinning {
+            lattice: Lattice::new(open.info()),
+            is_open: open.is_free(),
+            squared: clearance.squared(),
+            removed_by: &mut self.removed_by[0],
+            is_kept: |index, _| is_anchor[index],
+        }
+    }
+
+    fn second<'a>(
+        &'a mut self,
+        open: &FreeSpace,
+        clearance: &'a Clearance,
+    ) -> Thinning<'a, impl Fn(usize, usize) -> bool> {
+        let is_anchor = &self.is_anchor;
+        Thinning {
+            lattice: Lattice::new(open.info()),
+            is_open: &self.is_left,
+            squared: clearance.squared(),
+            removed_by: &mut self.removed_by[1],
+            is_kept: |index, n_neighbors| n_neighbors < 2 && is_anchor[index],
+        }
     }
 
     /// The same in another rectangle.
@@ -158,27 +216,15 @@ impl Making {
         if relocation.is_nothing() {
             return self;
         }
-        let removed_by = self.removed_by.iter().map(|&by| relocation.index_u32(by)).collect();
+        let removed_by = self.removed_by.map(|removed_by| {
+            let moved = removed_by.into_iter().map(|by| relocation.index_u32(by)).collect();
+            relocation.cells(moved, NEVER)
+        });
         Self {
             is_anchor: relocation.cells(self.is_anchor, false),
-            removed_by: relocation.cells(removed_by, NEVER),
+            removed_by,
+            is_left: relocation.cells(self.is_left, false),
         }
-    }
-}
-
-/// The first thinning, which leaves anchors alone.
-fn thinning<'a>(
-    open: &'a FreeSpace,
-    clearance: &'a Clearance,
-    is_anchor: &'a [bool],
-    removed_by: &'a mut [u32],
-) -> Thinning<'a, impl Fn(usize, usize) -> bool> {
-    Thinning {
-        lattice: Lattice::new(open.info()),
-        is_open: open.is_free(),
-        squared: clearance.squared(),
-        removed_by,
-        is_kept: |index, _| is_anchor[index],
     }
 }
 
