@@ -1,6 +1,7 @@
 //! Paths by look-up: plan tables over the regions of a map.
 
 mod cost;
+mod exits;
 mod final_goal;
 mod footprint;
 mod gate_costs;
@@ -9,9 +10,9 @@ mod hierarchy;
 mod inside;
 mod meeting;
 mod nearest;
+mod pair_costs;
 mod part_graph;
 mod parts;
-mod pair_costs;
 mod plans;
 mod reachable;
 mod region_table;

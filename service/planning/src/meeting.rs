@@ -96,39 +96,56 @@ impl Plans {
         to: Place,
         mut visit: impl FnMut(&Approach, &Approach) -> Cost,
     ) {
-        let goal_region = to.region();
+        let exits = [(from, to), (to, from)]
+            .map(|(here, there)| self.exits.of(here.region(), there.region()));
+        let is_round = from.region() == to.region();
         let (from, to) = (End::new(self, from), End::new(self, to));
-        let n_to = to.doors.len();
-        let arrival = (0..n_to).map(|door| to.least(door)).min().unwrap_or(UNREACHABLE);
-        if UNREACHABLE <= arrival {
+        if is_round {
+            // Out of a region and back in: any door may be the best.
+            let doors = |end: &End| 0..end.doors.len();
+            return self.each_bounded(&from, &to, [doors(&from), doors(&to)], visit);
+        }
+        if let [[first], [last]] = exits {
+            visit(&from.approach(usize::from(*first)), &to.approach(usize::from(*last)));
             return;
         }
+        let doors = exits.map(|doors| doors.iter().map(|&door| usize::from(door)));
+        self.each_bounded(&from, &to, doors, visit);
+    }
+
+    /// The pairs among these doors of which the bound is below the best.
+    fn each_bounded(
+        &self,
+        from: &End<'_>,
+        to: &End<'_>,
+        [from_doors, to_doors]: [impl Iterator<Item = usize> + Clone; 2],
+        mut visit: impl FnMut(&Approach, &Approach) -> Cost,
+    ) {
         // Every sum is of at most three costs, and fits.
-        let bound_by = |door: usize| {
-            let onward = self.pairs.to_region(from.doors[door].gate, goal_region);
-            from.least(door).min(UNREACHABLE) + onward + arrival
-        };
         let bound = |from_door: usize, to_door: usize| {
             let between = self.pairs.of(from.doors[from_door].gate, to.doors[to_door].gate).least;
             from.least(from_door).min(UNREACHABLE) + between + to.least(to_door).min(UNREACHABLE)
         };
-        let Some(first) = (0..from.doors.len()).min_by_key(|&door| bound_by(door)) else { return };
-        if UNREACHABLE <= bound_by(first) {
+        let pairs = || {
+            let to_doors = to_doors.clone();
+            let with_each = move |from_door| to_doors.clone().map(move |door| (from_door, door));
+            from_doors.clone().flat_map(with_each)
+        };
+        let Some((first, last)) = pairs().min_by_key(|&(from, to)| bound(from, to)) else { return };
+        if UNREACHABLE <= bound(first, last) {
             return;
         }
-        let Some(last) = (0..n_to).min_by_key(|&door| bound(first, door)) else { return };
         let mut best = visit(&from.approach(first), &to.approach(last));
-        for from_door in 0..from.doors.len() {
-            if best <= bound_by(from_door) {
+        let mut approach: Option<(usize, Approach)> = None;
+        for (from_door, to_door) in pairs() {
+            if (from_door, to_door) == (first, last) || best <= bound(from_door, to_door) {
                 continue;
             }
-            let mut approach = None;
-            for to_door in 0..n_to {
-                let is_done = (from_door, to_door) == (first, last);
-                if !is_done && bound(from_door, to_door) < best {
-                    let approach = approach.get_or_insert_with(|| from.approach(from_door));
-                    best = visit(approach, &to.approach(to_door));
-                }
+            if approach.as_ref().is_none_or(|(door, _)| *door != from_door) {
+                approach = Some((from_door, from.approach(from_door)));
+            }
+            if let Some((_, approach)) = &approach {
+                best = visit(approach, &to.approach(to_door));
             }
         }
     }

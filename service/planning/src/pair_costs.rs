@@ -2,28 +2,38 @@
 //!
 //! For every pair of gates a block with the cost between any two of their nodes, as long as all
 //! blocks together fit in memory; the least cost of every block, by which most pairs are ruled out
-//! without a look at their nodes; and the least from a gate to any gate of a region. Without blocks
-//! the costs come from the common ancestors of the two gates, exact as well, in more time. With n
+//! without a look at their nodes. Without blocks the costs come from the common ancestors of the two gates, exact as well, in more time. With n
 //! nodes and h nodes in the ancestors of a gate: time O(n² · h), space O(n²).
 
 use std::sync::Arc;
 
 use crate::cost::{Cost, UNREACHABLE};
+use crate::exits::Uncovered;
 use crate::gate_costs::{GateCosts, NodeName};
 use crate::hierarchy::Hierarchy;
 
 /// For all pairs of gates.
 #[derive(Clone, Debug)]
 pub(crate) struct PairCosts {
-    n_regions: usize,
     bounds: Vec<PairBound>,
-    /// Least cost from a gate to any of a region's.
-    to_region: Vec<Cost>,
     /// One row a gate, by rank: its blocks with the gates of equal or higher rank. Empty if there
     /// is no room for them.
     blocks: Vec<Arc<Vec<Cost>>>,
     /// Number of nodes of all gates of lower rank.
     n_before: Vec<usize>,
+}
+
+/// Pairs of gates whose costs are others than before.
+#[derive(Clone, Debug)]
+pub(crate) struct ChangedPairs {
+    n_gates: usize,
+    is_changed: Vec<bool>,
+}
+
+impl ChangedPairs {
+    pub(crate) fn of(&self, a: usize, b: usize) -> bool {
+        self.is_changed[a * self.n_gates + b]
+    }
 }
 
 /// Of one pair.
@@ -46,14 +56,8 @@ pub(crate) struct Block<'a> {
 }
 
 impl PairCosts {
-    /// `doors` are the gates of every region; blocks are kept if they take no more than
-    /// `bytes_max`.
-    pub(crate) fn new(
-        hierarchy: &Hierarchy,
-        costs: &GateCosts,
-        doors: &[Vec<usize>],
-        bytes_max: usize,
-    ) -> Self {
+    /// Blocks are kept if they take no more than `bytes_max`.
+    pub(crate) fn new(hierarchy: &Hierarchy, costs: &GateCosts, bytes_max: usize) -> Self {
         let n_gates = hierarchy.order.len();
         let mut n_before = vec![0; n_gates];
         let mut n_total = 0;
@@ -68,37 +72,34 @@ impl PairCosts {
             Arc::new(vec![UNREACHABLE; hierarchy.n_nodes[gate] * n_columns])
         };
         let mut pairs = Self {
-            n_regions: doors.len(),
             bounds: vec![nothing; n_gates * n_gates],
-            to_region: vec![],
             blocks: if has_blocks { (0..n_gates).map(row).collect() } else { vec![] },
             n_before,
         };
-        pairs.update(hierarchy, costs, doors, &vec![true; n_gates]);
+        pairs.update(hierarchy, costs, &vec![true; n_gates]);
         pairs
     }
 
-    /// The same after some gates' costs changed.
+    /// The same after some gates' costs changed, and for which pairs they did.
     pub(crate) fn with_changes(
         &self,
         hierarchy: &Hierarchy,
         costs: &GateCosts,
-        doors: &[Vec<usize>],
         is_changed: &[bool],
-    ) -> Self {
+    ) -> (Self, ChangedPairs) {
         let mut pairs = self.clone();
-        pairs.update(hierarchy, costs, doors, is_changed);
-        pairs
+        let is_other = pairs.update(hierarchy, costs, is_changed);
+        (pairs, is_other)
     }
 
     fn update(
         &mut self,
         hierarchy: &Hierarchy,
         costs: &GateCosts,
-        doors: &[Vec<usize>],
         is_changed: &[bool],
-    ) {
+    ) -> ChangedPairs {
         let n_gates = hierarchy.order.len();
+        let mut changed = ChangedPairs { n_gates, is_changed: vec![false; n_gates * n_gates] };
         let least: Vec<Vec<Cost>> = if self.blocks.is_empty() {
             (0..n_gates).map(|gate| least_row(hierarchy, costs, gate)).collect()
         } else {
@@ -110,30 +111,29 @@ impl PairCosts {
                     continue;
                 }
                 let mut bound = bound(hierarchy, low, high);
-                bound.least = if low == high {
-                    0
-                } else if self.blocks.is_empty() {
-                    least_between(&least[low], &least[high], bound)
+                let mut is_other = true;
+                if self.blocks.is_empty() {
+                    bound.least = least_between(&least[low], &least[high], bound);
                 } else {
-                    self.fill(hierarchy, costs, low, high)
-                };
-                if !self.blocks.is_empty() && low == high {
-                    self.fill(hierarchy, costs, low, high);
+                    (bound.least, is_other) = self.fill(hierarchy, costs, low, high);
                 }
+                changed.is_changed[low * n_gates + high] = is_other;
+                changed.is_changed[high * n_gates + low] = is_other;
                 self.bounds[low * n_gates + high] = bound;
                 self.bounds[high * n_gates + low] = bound;
             }
         }
-        let least = |gate: usize, doors: &Vec<usize>| {
-            let costs = doors.iter().map(|&door| self.bounds[gate * n_gates + door].least);
-            costs.min().unwrap_or(UNREACHABLE)
-        };
-        let to_region = (0..n_gates).flat_map(|gate| doors.iter().map(move |doors| (gate, doors)));
-        self.to_region = to_region.map(|(gate, doors)| least(gate, doors)).collect();
+        changed
     }
 
-    /// Computes a block, and tells its least cost.
-    fn fill(&mut self, hierarchy: &Hierarchy, costs: &GateCosts, low: usize, high: usize) -> Cost {
+    /// Computes a block, and tells its least cost and whether it is another than before.
+    fn fill(
+        &mut self,
+        hierarchy: &Hierarchy,
+        costs: &GateCosts,
+        low: usize,
+        high: usize,
+    ) -> (Cost, bool) {
         let [n_low, n_high] = [low, high].map(|gate| hierarchy.n_nodes[gate]);
         let PairBound { n_common, n_read, .. } = bound(hierarchy, low, high);
         let columns = |row: &'_ [Cost]| {
@@ -142,27 +142,24 @@ impl PairCosts {
         };
         let first = (self.n_before[high] - self.n_before[low]) * n_low;
         let block = &mut Arc::make_mut(&mut self.blocks[low])[first..first + n_low * n_high];
-        let mut least = UNREACHABLE;
+        let (mut least, mut is_other) = (UNREACHABLE, false);
         for (node, to) in block.chunks_exact_mut(n_high).enumerate() {
             let row = costs.row(NodeName { gate: low, node });
             let row = &row[columns(row)];
             for (node, to) in to.iter_mut().enumerate() {
                 let other = costs.row(NodeName { gate: high, node });
                 let sums = row.iter().zip(&other[columns(other)]).map(|(a, b)| a + b);
-                *to = sums.min().unwrap_or(UNREACHABLE).min(UNREACHABLE);
-                least = least.min(*to);
+                let cost = sums.min().unwrap_or(UNREACHABLE).min(UNREACHABLE);
+                is_other |= cost != *to;
+                *to = cost;
+                least = least.min(cost);
             }
         }
-        least
+        (least, is_other)
     }
 
     pub(crate) fn of(&self, a: usize, b: usize) -> PairBound {
         self.bounds[a * self.n_before.len() + b]
-    }
-
-    /// Least cost from a gate to any of a region's.
-    pub(crate) fn to_region(&self, gate: usize, region: usize) -> Cost {
-        self.to_region[gate * self.n_regions + region]
     }
 
     /// Costs between the nodes of two gates, if blocks are kept.
@@ -175,10 +172,30 @@ impl PairCosts {
         Some(Block { costs: &row[first..first + n_low * hierarchy.n_nodes[high]], is_turned })
     }
 
+    /// Costs between the nodes of two gates, a row a node of the first, if blocks are kept.
+    pub(crate) fn full_block(
+        &self,
+        hierarchy: &Hierarchy,
+        a: usize,
+        b: usize,
+    ) -> Option<Uncovered> {
+        let block = self.block(hierarchy, a, b)?;
+        let n_columns = hierarchy.n_nodes[b];
+        let mut costs = block.costs.to_vec();
+        if block.is_turned {
+            let n_rows = hierarchy.n_nodes[a];
+            let turned = (0..n_rows).flat_map(|row| {
+                (0..n_columns).map(move |column| block.costs[column * n_rows + row])
+            });
+            costs = turned.collect();
+        }
+        Some(Uncovered { costs, n_columns })
+    }
+
     /// Memory, in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         let blocks = self.blocks.iter().map(|row| size_of_val(row.as_slice())).sum::<usize>();
-        size_of_val(self.bounds.as_slice()) + size_of_val(self.to_region.as_slice()) + blocks
+        size_of_val(self.bounds.as_slice()) + blocks
     }
 }
 

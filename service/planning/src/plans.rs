@@ -14,6 +14,7 @@ use std::sync::Arc;
 use meetpoint_topology::{Partition, RegionIndex, TopologicalGraph};
 
 use crate::cost::{Cost, UNREACHABLE};
+use crate::exits::{Exits, Sources};
 use crate::gate_costs::{Clique, GateCosts};
 use crate::gates::{Gate, gates};
 use crate::hierarchy::Hierarchy;
@@ -42,6 +43,7 @@ pub struct Plans {
     /// Of every region's doors: the toll, where it is paid on the region's side.
     pub(crate) door_tolls: Vec<Vec<Cost>>,
     pub(crate) pairs: Arc<PairCosts>,
+    pub(crate) exits: Arc<Exits>,
     pair_bytes_max: usize,
 }
 
@@ -112,11 +114,13 @@ impl Plans {
             .map(|region| Arc::new(layout.clique(&space, region, &tables[region], &tolls)))
             .collect();
         let gate_costs = GateCosts::new(&layout.hierarchy, cliques);
-        let of_region = layout.gates_of_regions();
-        let pairs = PairCosts::new(&layout.hierarchy, &gate_costs, &of_region, pair_bytes_max);
+        let pairs = PairCosts::new(&layout.hierarchy, &gate_costs, pair_bytes_max);
+        let sources =
+            Sources { hierarchy: &layout.hierarchy, pairs: &pairs, cliques: gate_costs.cliques() };
+        let exits = Arc::new(Exits::new(&sources));
         let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
         let door_tolls = layout.door_tolls(&tolls);
-        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, pair_bytes_max }
+        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, exits, pair_bytes_max }
     }
 
     /// The same regions with other costs: only what the difference reaches is computed again.
@@ -140,13 +144,17 @@ impl Plans {
             }
         }
         let (gate_costs, is_changed) = self.gate_costs.with_cliques(&layout.hierarchy, cliques);
-        let of_region = layout.gates_of_regions();
-        let pairs =
-            self.pairs.with_changes(&layout.hierarchy, &gate_costs, &of_region, &is_changed);
+        let (pairs, changed) = self.pairs.with_changes(&layout.hierarchy, &gate_costs, &is_changed);
+        let sources =
+            Sources { hierarchy: &layout.hierarchy, pairs: &pairs, cliques: gate_costs.cliques() };
+        let is_new = |region: usize| {
+            !Arc::ptr_eq(&gate_costs.cliques()[region], &self.gate_costs.cliques()[region])
+        };
+        let exits = Arc::new(self.exits.with_changes(&sources, is_new, |a, b| changed.of(a, b)));
         let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
         let door_tolls = layout.door_tolls(&tolls);
         let pair_bytes_max = self.pair_bytes_max;
-        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, pair_bytes_max }
+        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, exits, pair_bytes_max }
     }
 
     /// Where the robot can go.
@@ -166,7 +174,7 @@ impl Plans {
             n_gates: self.layout.gates.len(),
             n_nodes: self.layout.gates.iter().map(|gate| gate.nodes.len()).sum(),
             region_bytes: self.tables.iter().map(|table| table.n_bytes()).sum(),
-            gate_bytes: self.gate_costs.n_bytes() + self.pairs.n_bytes(),
+            gate_bytes: self.gate_costs.n_bytes() + self.pairs.n_bytes() + self.exits.n_bytes(),
         }
     }
 
@@ -229,10 +237,6 @@ impl Layout {
             toll => toll,
         };
         self.doors.iter().map(|doors| doors.iter().map(toll).collect()).collect()
-    }
-
-    fn gates_of_regions(&self) -> Vec<Vec<usize>> {
-        self.doors.iter().map(|doors| doors.iter().map(|door| door.gate).collect()).collect()
     }
 
     fn table(&self, space: &Space, region: usize) -> Arc<RegionTable> {

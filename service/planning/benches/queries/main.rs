@@ -84,6 +84,21 @@ fn main() -> Result<(), Box<dyn Error>> {
                 }
             }
         }
+        let pairs: Vec<(usize, usize)> = (0..20_000)
+            .map(|_| (next(), next()))
+            .filter(|&(a, b)| plans.partition().region_at(a) != plans.partition().region_at(b))
+            .collect();
+        for _ in 0..(std::env::var("N").ok().and_then(|n| n.parse().ok()).unwrap_or(3)) {
+            let start = Instant::now();
+            let mut sum = 0_u64;
+            for &(a, b) in &pairs {
+                sum += u64::from(plans.cost(a, b, &mut scratch));
+            }
+            println!(
+                "  batch {:.3} us each ({sum})",
+                start.elapsed().as_secs_f64() * 1e6 / pairs.len() as f64
+            );
+        }
         println!("  walk of {:.0} cells", n_cells as f64 / walks.len().max(1) as f64);
         for (name, mut v) in [("same", near), ("other", far), ("route", routes), ("path", walks)] {
             v.sort_by(f64::total_cmp);
