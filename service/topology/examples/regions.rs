@@ -15,7 +15,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use meetpoint_topology::{
-    FreeSpace, MeetPoint, MeetPointParams, Pruning, Segmentation, TopologyParams, clearance,
+    Counters, FreeSpace, MeetPoint, Pruning, Segmentation, Topology, TopologyParams, clearance,
     constrictions, critical_lines, critical_points, meet_points, partition, pruned, segmentation,
     topological_graph, voronoi,
 };
@@ -25,15 +25,18 @@ fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let map = arguments.first().ok_or("usage: regions MAP [PNG]")?;
     let space = free_space(Path::new(map))?;
-    let (found, meet_points) = cut(&space, &TopologyParams::INDOOR);
+    time_steps(&space, &TopologyParams::INDOOR);
+    let found = segmentation(&space, &TopologyParams::INDOOR);
+    let topology = Topology::first(&found, &mut Counters::default());
+    tell(&space, &found, &topology);
     if let Some(path) = arguments.get(1) {
-        draw(&found, &meet_points, path)?;
+        draw(&found, topology.meet_points(), path)?;
     }
     Ok(())
 }
 
-/// The steps of `segmentation`, and the time that each takes.
-fn cut(space: &FreeSpace, params: &TopologyParams) -> (Segmentation, Vec<MeetPoint>) {
+/// The time that each step of `segmentation` takes, and each of what is read off it.
+fn time_steps(space: &FreeSpace, params: &TopologyParams) {
     let mut start = Instant::now();
     let mut times = vec![];
     let mut tick = |stage: &str| {
@@ -54,31 +57,37 @@ fn cut(space: &FreeSpace, params: &TopologyParams) -> (Segmentation, Vec<MeetPoi
     tick("regions");
     let (lines, partition) = constrictions(&fine, lines, &clearance, &params.constriction);
     tick("choice of lines");
-    let graph = topological_graph(&partition, &lines, &clearance);
+    topological_graph(&partition, &lines, &clearance);
     tick("graph");
-    let meet_points = meet_points(&voronoi, &clearance, &MeetPointParams::INDOOR);
+    meet_points(&voronoi, &clearance, &params.meet_points);
     tick("meet points");
     println!("ms: {}", times.join(", "));
+}
+
+/// What was found, in numbers.
+fn tell(space: &FreeSpace, found: &Segmentation, topology: &Topology) {
     println!(
         "{} free cells, {} on the diagram, {} critical points, {} meet points",
         space.is_free().iter().filter(|&&is_free| is_free).count(),
-        voronoi.cells().len(),
-        points.len(),
-        meet_points.len()
+        found.voronoi.cells().len(),
+        found.points.len(),
+        topology.meet_points().len()
     );
+    let graph = topology.graph();
     let n_groups = |pruning| {
-        let groups = pruned(&graph, pruning);
+        let groups = pruned(graph, pruning);
         groups.iter().enumerate().filter(|(at, group)| group.0 as usize == *at).count()
     };
     println!(
-        "{} regions, {} arcs; {} regions with pairs pruned, {} with end nodes pruned",
+        "{} regions ({} of them specks), {} arcs; {} regions with pairs pruned, {} with end nodes \
+         pruned; {} bytes",
         graph.regions.len(),
+        graph.regions.iter().filter(|region| region.is_speck()).count(),
         graph.arcs.len(),
         n_groups(Pruning::Pairs),
-        n_groups(Pruning::EndNodes)
+        n_groups(Pruning::EndNodes),
+        topology.to_bytes().len()
     );
-    assert_eq!(lines.len(), segmentation(space, params).lines.len());
-    (segmentation(space, params), meet_points)
 }
 
 /// Draws what was found.

@@ -82,7 +82,8 @@ pub(crate) fn update_minima(
 ) {
     let lattice = Lattice::new(voronoi.info());
     // No way along the diagram is shorter than the larger of columns and rows.
-    let around = (reach(voronoi, params).ceil().min(f64::from(u32::MAX)) as usize).max(1);
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates at 0")]
+    let around = (reach(voronoi, params).ceil() as usize).max(1);
     let mut is_near = vec![false; voronoi.is_on().len()];
     for &index in changed {
         lattice.for_each_row(index, around, |cells| is_near[cells].fill(true));

@@ -5,7 +5,7 @@
 //! pieces between different regions is as many arcs. Two regions may share several arcs. Time
 //! O(cells + crossings).
 
-use meetpoint_geometry::{Point2, Vector2};
+use meetpoint_geometry::{GridFrame, Point2, Vector2};
 
 use crate::clearance::Clearance;
 use crate::critical_line::CriticalLine;
@@ -31,6 +31,30 @@ pub struct Region {
     pub center: Point2<f64>,
     /// How far that is, in metres.
     pub clearance_m: f64,
+}
+
+impl Region {
+    /// What is smaller holds nobody, in square metres: the least area of a place of its own.
+    pub const SPECK_AREA_MAX_M2: f64 = 2.0;
+
+    pub(crate) fn new(
+        frame: GridFrame,
+        n_cells: u32,
+        center: Point2<f64>,
+        clearance_m: f64,
+    ) -> Self {
+        let area_m2 = f64::from(n_cells) * frame.resolution_m().powi(2);
+        Self { area_m2, center, clearance_m }
+    }
+
+    /// Whether it is but a few free cells between obstacles that no robot gets to: speckle behind
+    /// walls, a shaft, what was seen through a window. It is a region lest a free cell be without
+    /// one; no arc leads to it in a graph made with [`TopologyParams::INDOOR`].
+    ///
+    /// [`TopologyParams::INDOOR`]: crate::TopologyParams::INDOOR
+    pub fn is_speck(&self) -> bool {
+        self.area_m2 < Self::SPECK_AREA_MAX_M2
+    }
 }
 
 /// A way from one region to another.
@@ -62,7 +86,7 @@ pub fn topological_graph(
     let arcs = lines.iter().flat_map(|line| {
         pairs(partition, &line.crossings)
             .into_iter()
-            .map(move |(regions, portal)| arc(lattice, line, regions, portal))
+            .map(move |(regions, portal)| Arc::new(lattice, line.point.basis, regions, portal))
     });
     TopologicalGraph { regions: regions(partition, clearance), arcs: arcs.collect() }
 }
@@ -81,30 +105,32 @@ fn regions(partition: &Partition, clearance: &Clearance) -> Vec<Region> {
             *center = Some(index);
         }
     }
-    let region = |(n_cells, center): (u32, Option<usize>)| Region {
-        area_m2: f64::from(n_cells) * frame.resolution_m().powi(2),
-        center: center.map_or_else(Point2::origin, |index| frame.center_of(lattice.cell(index))),
-        clearance_m: center.map_or(0.0, |index| clearance.at_m(index)),
+    let region = |(n_cells, center): (u32, Option<usize>)| {
+        let place = center.map_or_else(Point2::origin, |at| frame.center_of(lattice.cell(at)));
+        Region::new(frame, n_cells, place, center.map_or(0.0, |at| clearance.at_m(at)))
     };
     found.into_iter().map(region).collect()
 }
 
-fn arc(
-    lattice: Lattice,
-    line: &CriticalLine,
-    regions: [RegionIndex; 2],
-    portal: Vec<Crossing>,
-) -> Arc {
-    let frame = lattice.info().frame;
-    let ends = line.point.basis.map(|index| frame.center_of(lattice.cell(index)));
-    let gap = widest_gap(lattice, line.point.basis, &portal);
-    Arc {
-        regions,
-        position: middle(lattice, &portal),
-        line: ends,
-        length_m: (ends[1] - ends[0]).norm(),
-        width_m: gap * frame.resolution_m(),
-        portal,
+impl Arc {
+    /// The arc between two regions, the smaller index first, across the line between two different
+    /// cells.
+    pub(crate) fn new(
+        lattice: Lattice,
+        basis: [usize; 2],
+        regions: [RegionIndex; 2],
+        portal: Vec<Crossing>,
+    ) -> Self {
+        let frame = lattice.info().frame;
+        let line = basis.map(|index| frame.center_of(lattice.cell(index)));
+        Self {
+            regions,
+            position: middle(lattice, &portal),
+            line,
+            length_m: (line[1] - line[0]).norm(),
+            width_m: widest_gap(lattice, basis, &portal) * frame.resolution_m(),
+            portal,
+        }
     }
 }
 

@@ -14,9 +14,8 @@
 
 use std::collections::BTreeMap;
 
-use meetpoint_geometry::Cell;
-
 use crate::graph::{Arc, TopologicalGraph};
+use crate::lattice::Lattice;
 use crate::regions::{Partition, RegionIndex};
 
 /// Names a region for as long as the place lasts.
@@ -120,8 +119,8 @@ fn new_arc(counters: &mut Counters) -> ArcId {
 struct Overlaps {
     of_old: Vec<BTreeMap<RegionIndex, u64>>,
     of_new: Vec<BTreeMap<RegionIndex, u64>>,
-    old_cells: Vec<u64>,
-    new_cells: Vec<u64>,
+    old_cells: Vec<u32>,
+    new_cells: Vec<u32>,
 }
 
 impl Overlaps {
@@ -130,24 +129,32 @@ impl Overlaps {
         let mut overlaps = Self {
             of_old: vec![BTreeMap::new(); n_old],
             of_new: vec![BTreeMap::new(); n_new],
-            old_cells: sizes(old),
-            new_cells: sizes(new),
+            old_cells: old.sizes(),
+            new_cells: new.sizes(),
         };
-        let info = new.info();
-        let is_same_frame = old.info().frame == info.frame;
-        let mut index = 0;
-        for y in (info.first.y..).take(info.height as usize) {
-            for x in (info.first.x..).take(info.width as usize) {
-                let at = old.info().index_of(Cell { x, y }).filter(|_| is_same_frame);
-                let before = at.and_then(|at| old.region_at(at));
-                if let (Some(now), Some(before)) = (new.region_at(index), before) {
-                    *overlaps.of_old[before.0 as usize].entry(now).or_default() += 1;
-                    *overlaps.of_new[now.0 as usize].entry(before).or_default() += 1;
-                }
-                index += 1;
-            }
+        if old.info().frame != new.info().frame {
+            return overlaps;
         }
+        // Runs of cells that two regions have in common: maps of regions are asked once a run.
+        let mut run = (None, None, 0);
+        for (index, cell) in Lattice::new(new.info()).cells().enumerate() {
+            let before = old.info().index_of(cell).and_then(|at| old.region_at(at));
+            let now = new.region_at(index);
+            if (before, now) != (run.0, run.1) {
+                overlaps.add(run);
+                run = (before, now, 0);
+            }
+            run.2 += 1;
+        }
+        overlaps.add(run);
         overlaps
+    }
+
+    fn add(&mut self, (old, new, n_cells): (Option<RegionIndex>, Option<RegionIndex>, u64)) {
+        if let (Some(old), Some(new)) = (old, new) {
+            *self.of_old[old.0 as usize].entry(new).or_default() += n_cells;
+            *self.of_new[new.0 as usize].entry(old).or_default() += n_cells;
+        }
     }
 
     /// The old region whose id the new one carries on.
@@ -155,19 +162,8 @@ impl Overlaps {
         let (old, n_cells) = largest(&self.of_new[new.0 as usize])?;
         let (heir, _) = largest(&self.of_old[old.0 as usize])?;
         let smaller = self.old_cells[old.0 as usize].min(self.new_cells[new.0 as usize]);
-        (heir == new && smaller <= 2 * n_cells).then_some(old)
+        (heir == new && u64::from(smaller) <= 2 * n_cells).then_some(old)
     }
-}
-
-/// Cells of every region.
-fn sizes(partition: &Partition) -> Vec<u64> {
-    let mut sizes = vec![0; partition.n_regions() as usize];
-    for index in 0..partition.info().n_cells() {
-        if let Some(region) = partition.region_at(index) {
-            sizes[region.0 as usize] += 1;
-        }
-    }
-    sizes
 }
 
 /// The region with the most cells, the first of several.

@@ -113,10 +113,10 @@ impl Obstacle {
             return;
         }
         self.cells.push(cell);
-        let place = lattice.column_row(cell);
-        for axis in 0..2 {
-            self.bounds[0][axis] = self.bounds[0][axis].min(place[axis]);
-            self.bounds[1][axis] = self.bounds[1][axis].max(place[axis]);
+        let [low, high] = &mut self.bounds;
+        for (axis, place) in lattice.column_row(cell).into_iter().enumerate() {
+            low[axis] = low[axis].min(place);
+            high[axis] = high[axis].max(place);
         }
     }
 

@@ -20,6 +20,15 @@ impl Lattice {
         self.info
     }
 
+    /// All cells by name, row by row.
+    pub(crate) fn cells(self) -> impl Iterator<Item = Cell> {
+        let GridInfo { first, width, height, .. } = self.info;
+        let along = |first: i32, n: u32| {
+            (0..n).map(move |n| first.saturating_add(i32::try_from(n).unwrap_or(i32::MAX)))
+        };
+        along(first.y, height).flat_map(move |y| along(first.x, width).map(move |x| Cell { x, y }))
+    }
+
     /// The eight neighbours counter-clockwise from +x. `index` must not lie on the rim.
     pub(crate) fn around(self, index: usize) -> [usize; 8] {
         let (above, below) = (index + self.width, index - self.width);

@@ -27,9 +27,24 @@ pub struct Partition {
     of_cell: Vec<u32>,
 }
 
-const NOT_FREE: u32 = u32::MAX;
+/// The region of a cell that is not free.
+pub(crate) const NOT_FREE: u32 = u32::MAX;
 
 impl Partition {
+    /// Of every cell [`NOT_FREE`] or a region below `n_regions`.
+    pub(crate) fn from_cells(info: GridInfo, n_regions: u32, of_cell: Vec<u32>) -> Self {
+        Self { info, n_regions, of_cell }
+    }
+
+    /// Number of cells of every region.
+    pub fn sizes(&self) -> Vec<u32> {
+        let mut sizes = vec![0; self.n_regions as usize];
+        for &region in self.of_cell.iter().filter(|&&region| region != NOT_FREE) {
+            sizes[region as usize] += 1;
+        }
+        sizes
+    }
+
     /// Which cells: those of the free space.
     pub fn info(&self) -> GridInfo {
         self.info
@@ -59,13 +74,14 @@ impl Partition {
     /// of its group. Regions are counted anew, in the order of their first cells.
     #[must_use]
     pub fn joined(&self, group: impl Fn(RegionIndex) -> RegionIndex) -> Self {
-        let groups = (0..self.n_regions).map(|region| group(RegionIndex(region)).0).collect();
-        self.clone().renamed(groups)
+        let groups: Vec<u32> =
+            (0..self.n_regions).map(|region| group(RegionIndex(region)).0).collect();
+        self.clone().renamed(&groups)
     }
 
     /// Regions with the same group become one, counted anew in the order of their first cells.
     /// Groups are below the number of regions.
-    fn renamed(mut self, groups: Vec<u32>) -> Self {
+    fn renamed(mut self, groups: &[u32]) -> Self {
         let mut name_of_group = vec![NOT_FREE; self.n_regions as usize];
         let mut name = vec![NOT_FREE; self.n_regions as usize];
         self.n_regions = 0;
@@ -120,8 +136,8 @@ pub(crate) fn updated_partition<'a>(
     }
     again.extend(differences);
     let filled = without.filled(space, again, &Cuts::new(space, cuts));
-    let alone = (0..filled.n_regions).collect();
-    filled.renamed(alone)
+    let alone: Vec<u32> = (0..filled.n_regions).collect();
+    filled.renamed(&alone)
 }
 
 /// Cuts, to be asked for by step.

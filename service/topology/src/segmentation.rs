@@ -10,6 +10,8 @@ use crate::constriction::{ConstrictionParams, constrictions};
 use crate::critical::{CriticalParams, CriticalPoint, minima, points_at};
 use crate::critical_line::{CriticalLine, critical_lines};
 use crate::free::FreeSpace;
+use crate::graph::Region;
+use crate::meet_points::MeetPointParams;
 use crate::regions::{Partition, partition};
 use crate::voronoi::{Making, Voronoi, VoronoiParams};
 
@@ -25,6 +27,8 @@ pub struct TopologyParams {
     pub critical: CriticalParams,
     /// Of the choice among their lines.
     pub constriction: ConstrictionParams,
+    /// Of the points where lines of the diagram meet, turn or end.
+    pub meet_points: MeetPointParams,
 }
 
 impl TopologyParams {
@@ -43,8 +47,9 @@ impl TopologyParams {
             widening_min: 1.2,
             opening_min: 1.2,
             depth_m: 0.6,
-            area_min_m2: 2.0,
+            area_min_m2: Region::SPECK_AREA_MAX_M2,
         },
+        meet_points: MeetPointParams::INDOOR,
     };
 }
 

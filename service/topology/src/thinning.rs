@@ -194,5 +194,5 @@ impl<Kept: Fn(usize, usize) -> bool> Thinning<'_, Kept> {
 
 /// Whose turn it is.
 fn owner(key: u64) -> usize {
-    (key & u64::from(u32::MAX)) as usize
+    usize::try_from(key & u64::from(u32::MAX)).unwrap_or(usize::MAX)
 }

@@ -1,6 +1,7 @@
 //! Regions of drawn and of random buildings, seen from outside.
 
 mod building;
+mod bytes;
 mod change;
 mod graph;
 mod ids;
