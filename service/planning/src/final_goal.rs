@@ -38,6 +38,16 @@ impl FinalGoalPlan {
         Some(Self { goal, layers: vec![Arc::new(Layer { part, exit: None, costs })] })
     }
 
+    /// To `goal` through all of `transits`, the last of which leads to its part; `None` if the goal
+    /// is in no part.
+    ///
+    /// # Panics
+    /// If a transit does not lead to where the next one begins.
+    pub fn along(graph: &PartGraph, goal: usize, transits: &[Transit]) -> Option<Self> {
+        let last = Self::new(graph, goal)?;
+        Some(transits.iter().rev().fold(last, |plan, &transit| plan.from_before(graph, transit)))
+    }
+
     /// The plan that begins one part earlier, in the one that `transit` leaves. The two share what
     /// they have in common.
     ///
@@ -63,9 +73,6 @@ impl FinalGoalPlan {
     }
 
     /// Cost from a cell of the first part to the goal; [`UNREACHABLE`] elsewhere.
-    ///
-    /// # Panics
-    /// If there is no such cell.
     pub fn cost(&self, graph: &PartGraph, cell: usize) -> Cost {
         self.layers[0].cost(graph, cell)
     }

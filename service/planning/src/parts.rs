@@ -117,7 +117,7 @@ impl Parts {
 
     /// Place of a cell among the cells of its part, if that is `part`.
     pub(crate) fn slot(&self, part: PartIndex, cell: usize) -> Option<u32> {
-        (self.of_cell[cell] == part.0).then(|| self.slot_of_cell[cell])
+        (self.of_cell.get(cell) == Some(&part.0)).then(|| self.slot_of_cell[cell])
     }
 
     /// For every part the one of `old` with the same cells and steps, if there is one: what was

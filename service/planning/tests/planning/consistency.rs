@@ -37,11 +37,10 @@ fn check_trip(
     Ok(())
 }
 
-/// The final goal plan in the last `n_parts` of a way.
+/// The final goal plan in the last `n_parts` of a way, all if there are not so many.
 fn last_of(graph: &PartGraph, transits: &[Transit], n_parts: usize, goal: usize) -> FinalGoalPlan {
-    let plan = FinalGoalPlan::new(graph, goal).expect("a goal in a part");
-    let last = transits.iter().rev().take(n_parts - 1);
-    last.fold(plan, |plan, &transit| plan.from_before(graph, transit))
+    let first = (transits.len() + 1).saturating_sub(n_parts);
+    FinalGoalPlan::along(graph, goal, &transits[first..]).expect("a goal in a part")
 }
 
 /// Regions by hops, triplets of regions, the final goal in the last.
@@ -68,8 +67,7 @@ fn check_triplet(graph: &PartGraph, starts: &[usize], goal: &Goal) -> Result<(),
     for &start in starts.iter().filter(|&&start| goal.costs[start] < UNREACHABLE) {
         let path = path_down(graph.space(), &goal.costs, start);
         let transits = graph.transits_of(&path);
-        let n_parts = (transits.len() + 1).min(2);
-        let last = last_of(graph, &transits, n_parts, goal.cell);
+        let last = last_of(graph, &transits, 2, goal.cell);
         let trip = plans.trip(start, &transits, &last);
         prop_assert!(trip.is_some(), "a path for every plan");
         let trip = trip.expect("a path");
