@@ -1,95 +1,158 @@
 //! Shortest paths within one region.
 //!
-//! Where nothing stands between two cells, the cost is that of the straight and diagonal steps, and
-//! no path costs less. Else A* (P. E. Hart, N. J. Nilsson and B. Raphael, IEEE Transactions on
-//! Systems Science and Cybernetics 4 (1968)), bounded from below by the region's own table: for
-//! every node n of a gate, `|table(c, n) - table(t, n)|` (A. V. Goldberg and C. Harrelson,
-//! "Computing the shortest path: A* search meets graph theory", SODA 2005).
+//! Tables tell costs to the gates of a region, not between any two of its cells; these are searched
+//! for ([`hunt`]) in the region as a small grid of its own ([`patch`]).
+
+mod bounds;
+mod halts;
+mod hunt;
+mod patch;
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use crate::cost::{Cost, DIAGONAL, STRAIGHT, UNREACHABLE};
+use crate::cost::{Cost, UNREACHABLE};
 use crate::plans::Plans;
+use bounds::Bounds;
+use hunt::{Hunt, name};
+pub(crate) use patch::Patch;
+use patch::Spot;
 
-/// Nodes whose costs bound the search, at most: each costs a look-up a cell.
-const N_BOUNDS_MAX: usize = 4;
-
-/// Memory of searches, kept from one to the next.
+/// Memory of searches, kept from one to the next: it grows to the largest region met, and is reset
+/// in the time of what the last search touched.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
-    /// By cell of the space: cost from the start, and the step that led there.
-    reached: Vec<(Cost, u8)>,
+    /// By cell of the patch.
+    reached: Vec<Reached>,
     /// Cells to be forgotten before the next search.
     touched: Vec<u32>,
-    waiting: BinaryHeap<Reverse<(Cost, Reverse<Cost>, u32)>>,
+    waiting: BinaryHeap<Reverse<Waiting>>,
 }
 
-const NEW: (Cost, u8) = (UNREACHABLE, u8::MAX);
+/// What is known of a cell.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// From the start; [`UNREACHABLE`] if the cell is new.
+    cost: Cost,
+    /// The cell before a straight or diagonal run, the start's own for the start.
+    parent: u32,
+    /// By which steps it is left.
+    steps: u8,
+}
 
-/// Steps that a straight and diagonal path would take, if nothing stood in the way.
-pub(crate) fn octile([dx, dy]: [usize; 2]) -> Cost {
-    let (least, most) = (dx.min(dy), dx.max(dy));
-    let cost = |n: usize| Cost::try_from(n).unwrap_or(UNREACHABLE);
-    cost(least) * DIAGONAL + cost(most - least) * STRAIGHT
+const NEW: Reached = Reached { cost: UNREACHABLE, parent: u32::MAX, steps: 0 };
+
+/// A cell to be left.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Waiting {
+    /// Least cost of a path through the cell, then of two the one that has come farther.
+    key: u64,
+    at: u32,
+    steps: u8,
+}
+
+impl Waiting {
+    fn new(through: Cost, cost: Cost, at: u32, steps: u8) -> Self {
+        Self { key: u64::from(through) << 32 | u64::from(Cost::MAX - cost), at, steps }
+    }
+
+    fn through(self) -> Cost {
+        Cost::try_from(self.key >> 32).unwrap_or(UNREACHABLE)
+    }
+
+    fn cost(self) -> Cost {
+        Cost::MAX - Cost::try_from(self.key & u64::from(Cost::MAX)).unwrap_or(Cost::MAX)
+    }
 }
 
 impl Scratch {
     /// Cost of the best path from one cell to another of the same region within it, below
     /// `limit`; [`UNREACHABLE`] if there is none. Afterwards [`Self::path`] tells the cells.
     pub(crate) fn search(&mut self, plans: &Plans, from: usize, to: usize, limit: Cost) -> Cost {
-        self.forget(plans.space.info().n_cells());
-        let Some(place) = plans.place(from) else { return UNREACHABLE };
-        let bounds = Bounds::new(plans, from, to);
-        self.reach(from, 0, u8::MAX, bounds.of(plans, from));
-        while let Some(Reverse((through, Reverse(cost), cell))) = self.waiting.pop() {
-            if limit <= through {
-                return UNREACHABLE;
-            }
-            let cell = cell as usize;
-            if cell == to {
-                return cost;
-            }
-            if self.reached[cell].0 < cost {
-                continue;
-            }
-            for (step, next) in plans.space.steps(cell) {
-                let next_cost = cost + plans.space.step_cost(cell, step);
-                let is_better = next_cost < self.reached[next].0;
-                let is_here = plans.is_in(place.region(), next);
-                if is_better && is_here {
-                    let step = u8::try_from(step).unwrap_or(u8::MAX);
-                    self.reach(next, next_cost, step, bounds.of(plans, next));
-                }
-            }
-        }
-        UNREACHABLE
+        let (Some(start), Some(goal)) = (plans.place(from), plans.place(to)) else {
+            return UNREACHABLE;
+        };
+        let patch = &plans.patches[start.region()];
+        self.forget(patch.n_cells());
+        let bounds = Bounds::new(plans, start, goal);
+        Hunt::new(patch, bounds, limit.min(UNREACHABLE), self).run(patch.spot(from))
     }
 
     /// The cells of the path to `to` that the last search found, from its start, appended.
     pub(crate) fn path(&self, plans: &Plans, to: usize, cells: &mut Vec<u32>) {
         let first = cells.len();
-        let mut cell = to;
+        self.corners(plans, to, cells);
+        let width = plans.space.info().width as usize;
+        let corners = cells.split_off(first);
+        for pair in corners.windows(2) {
+            let [from, to] = [pair[0], pair[1]].map(|cell| {
+                let cell = cell as usize;
+                [cell % width, cell / width]
+            });
+            let mut spot = from;
+            while spot != to {
+                cells.push(name(spot[1] * width + spot[0]));
+                spot = [0, 1].map(|axis| nearer(spot[axis], to[axis]));
+            }
+        }
+        cells.extend(corners.last());
+    }
+
+    /// The cells where the path that the last search found to `to` turns, from its start, the
+    /// start and `to` included, appended. From one to the next it goes straight along an axis or a
+    /// diagonal.
+    pub(crate) fn corners(&self, plans: &Plans, to: usize, cells: &mut Vec<u32>) {
+        let Some(place) = plans.place(to) else { return };
+        let patch = &plans.patches[place.region()];
+        let first = cells.len();
+        let mut heading = None;
+        let mut at = patch.at(patch.spot(to));
         loop {
-            cells.push(u32::try_from(cell).unwrap_or(u32::MAX));
-            let (_, step) = self.reached[cell];
-            if step == u8::MAX {
+            let cell = name(patch.cell(patch.spot_at(at)));
+            let parent = self.reached[at].parent as usize;
+            if parent == at || self.reached.len() <= parent {
+                cells.push(cell);
                 break;
             }
-            cell = plans.space.neighbor(cell, (usize::from(step) + 4) % 8);
+            let next = direction(patch.spot_at(at), patch.spot_at(parent));
+            if heading != Some(next) {
+                cells.push(cell);
+            }
+            heading = Some(next);
+            at = parent;
         }
         cells[first..].reverse();
     }
 
-    fn reach(&mut self, cell: usize, cost: Cost, step: u8, bound: Cost) {
-        let name = u32::try_from(cell).unwrap_or(u32::MAX);
-        if self.reached[cell] == NEW {
-            self.touched.push(name);
+    fn cost(&self, at: usize) -> Cost {
+        self.reached[at].cost
+    }
+
+    /// Notes that a cell was reached, to be left by `steps`. Those of them that are new at that
+    /// cost, if no less is known.
+    fn note(&mut self, at: usize, parent: u32, cost: Cost, steps: u8) -> u8 {
+        let known = &mut self.reached[at];
+        if known.cost < cost || UNREACHABLE <= cost {
+            return 0;
         }
-        self.reached[cell] = (cost, step);
-        if bound < UNREACHABLE {
-            self.waiting.push(Reverse((cost + bound, Reverse(cost), name)));
+        if known.cost == cost {
+            let fresh = steps & !known.steps;
+            known.steps |= fresh;
+            return fresh;
         }
+        if known.cost == UNREACHABLE {
+            self.touched.push(name(at));
+        }
+        *known = Reached { cost, parent, steps };
+        steps
+    }
+
+    fn wait(&mut self, through: Cost, cost: Cost, at: u32, steps: u8) {
+        self.waiting.push(Reverse(Waiting::new(through, cost, at, steps)));
+    }
+
+    fn next(&mut self) -> Option<Waiting> {
+        self.waiting.pop().map(|Reverse(waiting)| waiting)
     }
 
     fn forget(&mut self, n_cells: usize) {
@@ -97,68 +160,91 @@ impl Scratch {
             self.reached[cell as usize] = NEW;
         }
         self.waiting.clear();
-        self.reached.resize(n_cells, NEW);
+        if self.reached.len() < n_cells {
+            self.reached.resize(n_cells, NEW);
+        }
     }
 }
 
-/// Lower bounds of what is left to the goal.
-struct Bounds {
-    to: usize,
-    width: usize,
-    /// Doors, places in the rows, and what they cost from the goal.
-    nodes: [(usize, usize, Cost); N_BOUNDS_MAX],
-    n_nodes: usize,
+/// Signs of the ways along both axes.
+fn direction(from: Spot, to: Spot) -> [std::cmp::Ordering; 2] {
+    [0, 1].map(|axis| to[axis].cmp(&from[axis]))
 }
 
-impl Bounds {
-    fn new(plans: &Plans, from: usize, to: usize) -> Self {
-        let width = plans.space.info().width as usize;
-        let mut bounds = Self { to, width, nodes: [(0, 0, 0); N_BOUNDS_MAX], n_nodes: 0 };
-        let (Some(start), Some(goal)) = (plans.place(from), plans.place(to)) else {
-            return bounds;
+/// One nearer to `to`, or there.
+fn nearer(from: usize, to: usize) -> usize {
+    match from.cmp(&to) {
+        std::cmp::Ordering::Less => from + 1,
+        std::cmp::Ordering::Equal => from,
+        std::cmp::Ordering::Greater => from - 1,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cost::{DIAGONAL, STRAIGHT};
+    use meetpoint_geometry::{Cell, GridFrame, GridInfo, Point2};
+    use meetpoint_topology::{FreeSpace, Region, TopologicalGraph, partition};
+    use std::sync::Arc;
+
+    /// Plans of a drawing, `#` for walls, and the cells of `s` and `t`.
+    fn drawn(drawing: &str) -> (Plans, usize, usize) {
+        let rows: Vec<&str> = drawing.lines().map(str::trim).collect();
+        let [width, height] = [rows[0].len(), rows.len()].map(name);
+        let frame = GridFrame::new(0.05).expect("a length");
+        let info = GridInfo { frame, first: Cell { x: 0, y: 0 }, width, height };
+        let text: Vec<char> = rows.concat().chars().collect();
+        let is_free: Vec<bool> = text.iter().map(|&letter| letter != '#').collect();
+        let free = FreeSpace::from_cells(info, &is_free);
+        let is_enterable: Vec<bool> = free.is_free().to_vec();
+        let space = crate::Space::uniform(free.info(), &is_enterable).expect("a word a cell");
+        let partition = partition(&free, &[]);
+        let region = Region { area_m2: 0.0, center: Point2::origin(), clearance_m: 0.0 };
+        let regions = vec![region; partition.n_regions() as usize];
+        let graph = TopologicalGraph { regions, arcs: vec![] };
+        let plans = Plans::new(Arc::new(space), Arc::new(partition), &graph, &[], 0);
+        let cell = |letter| {
+            let at = text.iter().position(|&other| other == letter).expect("drawn");
+            let [x, y] = [at % rows[0].len(), at / rows[0].len()];
+            (y + 1) * (rows[0].len() + 2) + x + 1
         };
-        let region = start.region();
-        let table = &plans.tables[region];
-        let octile = bounds.octile(from);
-        // The best bound at the start is a good one on the way.
-        let mut best: Vec<(Cost, (usize, usize, Cost))> = vec![];
-        for (at, door) in plans.layout.doors[region].iter().enumerate() {
-            for node in [door.first, door.first + door.n_nodes - 1] {
-                let [a, b] = [start, goal].map(|place| table.cost(place.slot(), at, node));
-                if octile < a.abs_diff(b) && a < UNREACHABLE && b < UNREACHABLE {
-                    best.push((a.abs_diff(b), (at, node, b)));
-                }
-            }
-        }
-        best.sort_unstable_by(|a, b| b.cmp(a));
-        for (place, (_, node)) in bounds.nodes.iter_mut().zip(best) {
-            *place = node;
-            bounds.n_nodes += 1;
-        }
-        bounds
+        let (from, to) = (cell('s'), cell('t'));
+        (plans, from, to)
     }
 
-    fn of(&self, plans: &Plans, cell: usize) -> Cost {
-        let mut bound = self.octile(cell);
-        if 0 < self.n_nodes
-            && let Some(place) = plans.place(cell)
-        {
-            let table = &plans.tables[place.region()];
-            for &(at, node, goal) in &self.nodes[..self.n_nodes] {
-                let cost = table.cost(place.slot(), at, node);
-                if UNREACHABLE <= cost {
-                    // The goal reaches that node, so that this cell does not reach the goal.
-                    return UNREACHABLE;
-                }
-                bound = bound.max(cost.abs_diff(goal));
-            }
-        }
-        bound
+    const AROUND_A_WALL: &str = "s........
+         .######..
+         .......t.";
+
+    #[test]
+    fn only_what_costs_less_than_the_limit_is_found() {
+        let (plans, from, to) = drawn(AROUND_A_WALL);
+        let cost = 9 * STRAIGHT;
+        let mut scratch = Scratch::default();
+        assert_eq!(scratch.search(&plans, from, to, UNREACHABLE), cost, "no limit");
+        assert_eq!(scratch.search(&plans, from, to, cost + 1), cost, "just below the limit");
+        assert_eq!(scratch.search(&plans, from, to, cost), UNREACHABLE, "not below the limit");
+        assert_eq!(scratch.search(&plans, from, from, 1), 0, "to the start itself");
+        assert_eq!(scratch.search(&plans, from, from, 0), UNREACHABLE, "nothing costs less");
     }
 
-    fn octile(&self, cell: usize) -> Cost {
-        let place = |cell: usize| [cell % self.width, cell / self.width];
-        let (a, b) = (place(cell), place(self.to));
-        octile([a[0].abs_diff(b[0]), a[1].abs_diff(b[1])])
+    #[test]
+    fn corners_are_where_a_path_turns() {
+        let (plans, from, to) = drawn(
+            "s.......
+                                       .......t
+                                       ........",
+        );
+        let mut scratch = Scratch::default();
+        let cost = scratch.search(&plans, from, to, UNREACHABLE);
+        assert_eq!(cost, DIAGONAL + 6 * STRAIGHT, "one diagonal step");
+        let mut corners = vec![];
+        scratch.corners(&plans, to, &mut corners);
+        assert_eq!(corners, [from, from + 11, to].map(name), "diagonal first");
+        let mut cells = vec![];
+        scratch.path(&plans, to, &mut cells);
+        let expected: Vec<u32> = std::iter::once(from).chain(from + 11..=to).map(name).collect();
+        assert_eq!(cells, expected, "all cells");
     }
 }

@@ -18,6 +18,7 @@ use crate::exits::{Exits, Sources};
 use crate::gate_costs::{Clique, GateCosts};
 use crate::gates::{Gate, gates};
 use crate::hierarchy::Hierarchy;
+use crate::inside::Patch;
 use crate::pair_costs::PairCosts;
 use crate::region_table::{Door, RegionTable};
 use crate::space::Space;
@@ -37,6 +38,8 @@ pub struct Plans {
     pub(crate) space: Arc<Space>,
     pub(crate) layout: Arc<Layout>,
     pub(crate) tables: Vec<Arc<RegionTable>>,
+    /// By region, for searches within it.
+    pub(crate) patches: Vec<Arc<Patch>>,
     /// What crossing a gate costs beyond its length, by gate; [`UNREACHABLE`] if it is closed.
     pub(crate) tolls: Vec<Cost>,
     pub(crate) gate_costs: Arc<GateCosts>,
@@ -88,7 +91,7 @@ pub struct Size {
     pub n_gates: usize,
     /// Cells of portals.
     pub n_nodes: usize,
-    /// From cells to the nodes of their region, in bytes.
+    /// From cells to the nodes of their region, and what searches within it need, in bytes.
     pub region_bytes: usize,
     /// Between nodes, in bytes.
     pub gate_bytes: usize,
@@ -109,6 +112,7 @@ impl Plans {
         let layout = Arc::new(Layout::new(&space, partition, graph));
         let tables: Vec<_> =
             (0..layout.cells.len()).map(|region| layout.table(&space, region)).collect();
+        let patches = (0..tables.len()).map(|region| layout.patch(&space, region)).collect();
         let tolls = layout.tolls(arcs);
         let cliques = (0..tables.len())
             .map(|region| Arc::new(layout.clique(&space, region, &tables[region], &tolls)))
@@ -120,7 +124,18 @@ impl Plans {
         let exits = Arc::new(Exits::new(&sources));
         let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
         let door_tolls = layout.door_tolls(&tolls);
-        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, exits, pair_bytes_max }
+        Self {
+            space,
+            layout,
+            tables,
+            patches,
+            tolls,
+            gate_costs,
+            door_tolls,
+            pairs,
+            exits,
+            pair_bytes_max,
+        }
     }
 
     /// The same regions with other costs: only what the difference reaches is computed again.
@@ -132,11 +147,13 @@ impl Plans {
         let layout = self.layout.clone();
         let tolls = layout.tolls(arcs);
         let mut tables = self.tables.clone();
+        let mut patches = self.patches.clone();
         let mut cliques = self.gate_costs.cliques().to_vec();
         for (region, (table, clique)) in tables.iter_mut().zip(&mut cliques).enumerate() {
             let is_same = layout.is_same(&self.space, &space, region);
             if !is_same {
                 *table = layout.table(&space, region);
+                patches[region] = layout.patch(&space, region);
             }
             let mut gates = layout.doors[region].iter().map(|door| door.gate);
             if !is_same || gates.any(|gate| tolls[gate] != self.tolls[gate]) {
@@ -154,7 +171,18 @@ impl Plans {
         let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
         let door_tolls = layout.door_tolls(&tolls);
         let pair_bytes_max = self.pair_bytes_max;
-        Self { space, layout, tables, tolls, door_tolls, gate_costs, pairs, exits, pair_bytes_max }
+        Self {
+            space,
+            layout,
+            tables,
+            patches,
+            tolls,
+            gate_costs,
+            door_tolls,
+            pairs,
+            exits,
+            pair_bytes_max,
+        }
     }
 
     /// Where the robot can go.
@@ -173,7 +201,8 @@ impl Plans {
             n_cells: self.layout.cells.iter().map(Vec::len).sum(),
             n_gates: self.layout.gates.len(),
             n_nodes: self.layout.gates.iter().map(|gate| gate.nodes.len()).sum(),
-            region_bytes: self.tables.iter().map(|table| table.n_bytes()).sum(),
+            region_bytes: self.tables.iter().map(|table| table.n_bytes()).sum::<usize>()
+                + self.patches.iter().map(|patch| patch.n_bytes()).sum::<usize>(),
             gate_bytes: self.gate_costs.n_bytes() + self.pairs.n_bytes() + self.exits.n_bytes(),
         }
     }
@@ -243,6 +272,12 @@ impl Layout {
         let slot = |index: usize| self.slot_in(region, index).filter(|_| space.is_enterable(index));
         let (doors, cells) = (&self.doors[region], &self.cells[region]);
         Arc::new(RegionTable::new(space, &self.gates, doors, cells, slot))
+    }
+
+    fn patch(&self, space: &Space, region: usize) -> Arc<Patch> {
+        let is_here =
+            |index: usize| self.places[index].region() == region && space.is_enterable(index);
+        Arc::new(Patch::new(space, &self.cells[region], is_here))
     }
 
     /// Whether all that a region's table is made from is the same in two spaces.
