@@ -7,7 +7,7 @@
 //! nearest(p) = argmin over enterable cells c of |p - center(c)|
 //! ```
 //!
-//! Of cells equally far the lowest, then the leftmost. By rings of cells around the point, until
+//! Of cells equally far, to a millionth of a cell, the lowest, then the leftmost. By rings of cells around the point, until
 //! no cell of the next ring can be nearer. Time O((distance / resolution)²).
 
 use meetpoint_geometry::{Cell, GridInfo, Point2};
@@ -28,6 +28,9 @@ pub struct Nearest {
 /// The enterable cell nearest to `point`, and `None` if the point would have to be moved by more
 /// than `tolerance_m`.
 pub fn nearest_enterable(space: &Space, point: Point2<f64>, tolerance_m: f64) -> Option<Nearest> {
+    if !point.coords.iter().all(|axis| axis.is_finite()) {
+        return None;
+    }
     let info = space.info();
     let here = info.frame.cell_at(point);
     if let Some(cell) = info.index_of(here).filter(|&cell| space.is_enterable(cell)) {
@@ -39,11 +42,13 @@ pub fn nearest_enterable(space: &Space, point: Point2<f64>, tolerance_m: f64) ->
         let reach_m = best.map_or(tolerance_m, |best| best.moved_m.min(tolerance_m));
         // The point lies within its cell: centres `n` cells on are at least n - 1/2 cells away.
         let nearest_m = (f64::from(radius.start) - 0.5) * info.frame.resolution_m();
-        if reach_m < nearest_m || tolerance_m.is_nan() {
+        // Rounding must not part what is equally far.
+        if reach_m + 1e-6 * info.frame.resolution_m() < nearest_m || tolerance_m.is_nan() {
             break;
         }
         for cell in ring(info, here, radius.start) {
-            best = nearer(space, point, cell, tolerance_m).into_iter().chain(best).min_by(order);
+            let found = nearer(space, point, cell, tolerance_m);
+            best = found.into_iter().chain(best).min_by_key(|found| rank(info, found));
         }
         radius.start += 1;
     }
@@ -98,6 +103,8 @@ fn nearer(space: &Space, from: Point2<f64>, cell: Cell, tolerance_m: f64) -> Opt
     (moved_m <= tolerance_m).then_some(Nearest { cell: index, point, moved_m })
 }
 
-fn order(a: &Nearest, b: &Nearest) -> std::cmp::Ordering {
-    a.moved_m.total_cmp(&b.moved_m).then(a.cell.cmp(&b.cell))
+/// By distance, to a millionth of a cell, and then by cell.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
+fn rank(info: GridInfo, found: &Nearest) -> (u64, usize) {
+    ((found.moved_m / info.frame.resolution_m() * 1e6).round() as u64, found.cell)
 }

@@ -75,8 +75,8 @@ impl Obstacles {
         let (bits, turned) = self.along((b.x - a.x).abs(), (b.y - a.y).abs());
         let [a, b] = [a, b].map(|point| if turned { point.yx() } else { point });
         let mut nearest = distance_max;
-        for row in bits.rows_between(Stadium::new(a, b, distance_max).heights()) {
-            let stadium = Stadium::new(a, b, nearest);
+        let mut stadium = Stadium::new(a, b, distance_max);
+        for row in bits.rows_between(stadium.heights()) {
             let [low, high] = stadium.heights();
             if high < row as f64 || row as f64 + 1.0 < low {
                 continue;
@@ -86,7 +86,11 @@ impl Obstacles {
             let beside = [bits.last(row, left, middle), bits.first(row, middle, right)];
             for column in beside.into_iter().flatten() {
                 let square = Point2::new(column as f64, row as f64);
-                nearest = nearest.min(distance_to_square(a, b, square));
+                let distance = distance_to_square(a, b, square);
+                if distance < nearest {
+                    nearest = distance;
+                    stadium = Stadium::new(a, b, nearest);
+                }
             }
         }
         nearest

@@ -37,6 +37,11 @@ impl Outline {
         Self { n_a_quarter, points: (0..4 * n_a_quarter).map(point).collect() }
     }
 
+    /// How far the polygon reaches at most.
+    pub(crate) fn reach(&self) -> f64 {
+        self.points[0].norm()
+    }
+
     /// The point that lies farthest in a direction.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle")]
     pub(crate) fn farthest(&self, direction: Vector2<f64>) -> Vector2<f64> {

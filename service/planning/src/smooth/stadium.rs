@@ -13,6 +13,8 @@ pub(crate) struct Stadium {
     normal: [f64; 2],
     /// Columns a row.
     slope: f64,
+    /// Heights of the leftmost and of the rightmost end.
+    outermost: [f64; 2],
 }
 
 impl Stadium {
@@ -26,7 +28,8 @@ impl Stadium {
             [along.y, -along.x].map(|side| side / length * radius)
         };
         let slope = if along.y < 1e-12 { 0.0 } else { along.x / along.y };
-        Self { low, high, radius, normal, slope }
+        let outermost = if low.x <= high.x { [low.y, high.y] } else { [high.y, low.y] };
+        Self { low, high, radius, normal, slope, outermost }
     }
 
     /// The heights between which it lies.
@@ -36,18 +39,14 @@ impl Stadium {
 
     /// How far left and right it reaches between the heights `bottom` and `bottom + 1`, which it
     /// must not lie above or below.
+    #[inline]
     pub(crate) fn reach(&self, bottom: f64) -> [f64; 2] {
-        let (leftmost, rightmost) = if self.low.x <= self.high.x {
-            (self.low.y, self.high.y)
-        } else {
-            (self.high.y, self.low.y)
-        };
-        let left = self.edge(-1.0, leftmost.max(bottom).min(bottom + 1.0));
-        let right = self.edge(1.0, rightmost.max(bottom).min(bottom + 1.0));
-        [left, right]
+        let [left, right] = self.outermost.map(|height| height.max(bottom).min(bottom + 1.0));
+        [self.edge(-1.0, left), self.edge(1.0, right)]
     }
 
     /// The left (-1) or right (1) edge at a height.
+    #[inline]
     fn edge(&self, side: f64, height: f64) -> f64 {
         let [across, up] = self.normal.map(|normal| side * normal);
         let above = height - (self.low.y + up);

@@ -81,6 +81,7 @@ impl TautString {
         }
         let side = (v - b).perp(&(a - b)).signum();
         terrain.obstacles.corners_within([a, v, b], terrain.radius, &mut self.corners);
+        self.keep_standing_out(outline, side, [a, b]);
         self.around.clear();
         tight_around(&self.corners, outline, side, [a, b], &mut self.around);
         let Some(&first) = self.around.first() else { return false };
@@ -102,5 +103,12 @@ impl TautString {
         }
         self.turns.splice(at..=at, self.around.iter().copied());
         true
+    }
+
+    /// Forgets corners that, grown, do not stand out from the line between `a` and `b`.
+    fn keep_standing_out(&mut self, outline: &Outline, side: f64, [a, b]: [Point2<f64>; 2]) {
+        let along = b - a;
+        let least = -outline.reach() * along.norm();
+        self.corners.retain(|corner| least <= side * along.perp(&(corner - a)));
     }
 }

@@ -3,5 +3,13 @@
 mod consistency;
 mod exact;
 mod floors;
+mod footprint;
+mod inside;
+mod nearest;
+mod reachable;
+mod search;
+mod smooth;
+mod squares;
 mod topological;
 mod triplets;
+mod visibility;

@@ -122,20 +122,21 @@ impl Visibility {
     /// Whether a line from `vertex` on leaves its polygon on that side.
     fn leaves(&self, vertex: usize, to: Point2<f64>, side: usize) -> bool {
         let Vertex { point, beside } = &self.vertices[vertex];
-        self.is_tangent(beside, to - point, side)
+        is_tangent(beside, to - point, side)
     }
 
     /// On which sides, left and right, of a line to `vertex` its polygon may lie.
     fn sides(&self, vertex: usize, from: Point2<f64>) -> [bool; 2] {
         let Vertex { point, beside } = &self.vertices[vertex];
-        [0, 1].map(|side| self.is_tangent(beside, point - from, side))
+        [0, 1].map(|side| is_tangent(beside, point - from, side))
     }
+}
 
-    fn is_tangent(&self, beside: &[Vector2<f64>; 2], along: Vector2<f64>, side: usize) -> bool {
-        let sign = if side == 0 { 1.0 } else { -1.0 };
-        let tolerance = ROUNDING * along.norm();
-        beside.iter().all(|beside| -tolerance <= sign * along.perp(beside))
-    }
+/// Whether a polygon lies on that side of a line through its vertex.
+fn is_tangent(beside: &[Vector2<f64>; 2], along: Vector2<f64>, side: usize) -> bool {
+    let sign = if side == 0 { 1.0 } else { -1.0 };
+    let tolerance = ROUNDING * along.norm();
+    beside.iter().all(|beside| -tolerance <= sign * along.perp(beside))
 }
 
 /// Corners of obstacle cells around which something can go, with the quadrant that they point to.
