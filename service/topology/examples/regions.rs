@@ -82,7 +82,7 @@ fn tell(space: &FreeSpace, found: &Segmentation, topology: &Topology) {
         "{} regions ({} of them specks), {} arcs; {} regions with pairs pruned, {} with end nodes \
          pruned; {} bytes",
         graph.regions.len(),
-        graph.regions.iter().filter(|region| region.is_speck()).count(),
+        graph.specks().len(),
         graph.arcs.len(),
         n_groups(Pruning::Pairs),
         n_groups(Pruning::EndNodes),

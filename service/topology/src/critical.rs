@@ -55,17 +55,9 @@ pub(crate) fn minima(
     let reach = reach(voronoi, params);
     let mut neighborhood = Neighborhood::new(voronoi);
     let squared = clearance.squared();
-    // Most cells are told by a neighbour; the search along the diagram is for those left.
-    let lattice = Lattice::new(voronoi.info());
-    let n_near = if reach < 1.0 { 0 } else { 4 };
-    let beside = |index: usize| {
-        let beside = lattice.beside(index).into_iter().take(n_near);
-        beside.filter(|&other| voronoi.is_on()[other])
-    };
     cells
         .filter(|&index| {
             voronoi.degree(index) == 2
-                && !beside(index).any(|other| squared[other] < squared[index])
                 && neighborhood.within(index, reach).all(|other| squared[index] <= squared[other])
         })
         .collect()

@@ -5,6 +5,8 @@
 //! pieces between different regions is as many arcs. Two regions may share several arcs. Time
 //! O(cells + crossings).
 
+use std::collections::BTreeSet;
+
 use meetpoint_geometry::{GridFrame, Point2, Vector2};
 
 use crate::clearance::Clearance;
@@ -46,14 +48,20 @@ impl Region {
         let area_m2 = f64::from(n_cells) * frame.resolution_m().powi(2);
         Self { area_m2, center, clearance_m }
     }
+}
 
-    /// Whether it is but a few free cells between obstacles that no robot gets to: speckle behind
-    /// walls, a shaft, what was seen through a window. It is a region lest a free cell be without
-    /// one; no arc leads to it in a graph made with [`TopologyParams::INDOOR`].
-    ///
-    /// [`TopologyParams::INDOOR`]: crate::TopologyParams::INDOOR
-    pub fn is_speck(&self) -> bool {
-        self.area_m2 < Self::SPECK_AREA_MAX_M2
+impl TopologicalGraph {
+    /// Regions that are no places: smaller than [`Region::SPECK_AREA_MAX_M2`], and no arc leads to
+    /// them. They are speckle behind walls, shafts, what was seen through a window, and regions
+    /// only lest a free cell be without one. In the order of regions.
+    pub fn specks(&self) -> Vec<RegionIndex> {
+        let reached: BTreeSet<u32> =
+            self.arcs.iter().flat_map(|arc| arc.regions).map(|region| region.0).collect();
+        let regions = self.regions.iter().zip(0..);
+        let is_speck = |(region, at): &(&Region, u32)| {
+            region.area_m2 < Region::SPECK_AREA_MAX_M2 && !reached.contains(at)
+        };
+        regions.filter(is_speck).map(|(_, at)| RegionIndex(at)).collect()
     }
 }
 

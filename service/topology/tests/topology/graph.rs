@@ -114,3 +114,23 @@ fn a_chain_of_rooms_is_one_region_when_pruned() {
     let ends = pruned(&graph, Pruning::EndNodes);
     assert_eq!(ends, [RegionIndex(0); 3], "both ends join the middle");
 }
+
+#[test]
+fn what_nobody_gets_into_is_a_speck() {
+    let space = drawn(
+        "##################
+         #......#.........#
+         #......#.........#
+         #......#.........#
+         #......#.........#
+         #......#.........#
+         ########.........#
+         #..#####.........#
+         ##################",
+        6,
+    );
+    let graph = graph(&segmentation(&space, &TopologyParams::INDOOR));
+    assert_eq!(graph.arcs.len(), 0, "no doors");
+    assert_eq!(graph.regions.len(), 3, "two rooms and a hole of 0.6 m by 0.3 m");
+    assert_eq!(graph.specks(), [RegionIndex(0)], "the hole is the lowest");
+}

@@ -4,10 +4,12 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use meetpoint_topology::{
     Crossing, FreeSpace, Partition, RegionIndex, TopologyParams, Voronoi, partition, segmentation,
+    topological_graph,
 };
 use proptest::prelude::*;
+use proptest::sample::Index;
 
-use crate::building::{any_space, cluttered, office};
+use crate::building::{Building, any_space, cluttered, office};
 
 /// Steps along the axes between free cells.
 fn steps(space: &FreeSpace) -> Vec<Crossing> {
@@ -179,32 +181,59 @@ proptest! {
         let least = least_overlap(&coarse, &fine, image);
         prop_assert!(0.95 <= least, "a region overlaps its image by {least}");
     }
+}
+
+/// How many regions are places.
+fn n_places(building: &Building, cells: &[bool]) -> usize {
+    let info = crate::building::info(0.1, building.width, building.height);
+    let found = segmentation(&FreeSpace::from_cells(info, cells), &TopologyParams::INDOOR);
+    let graph = topological_graph(&found.partition, &found.lines, &found.clearance);
+    graph.regions.len() - graph.specks().len()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
 
     #[test]
-    fn specks_make_no_regions(
+    fn speckle_makes_no_rooms(
         (building, n_rooms) in office(),
-        specks in prop::collection::vec((any::<prop::sample::Index>(), 1_usize..3), 0..40),
+        specks in prop::collection::vec((any::<Index>(), 1_usize..3, any::<bool>()), 0..60),
     ) {
-        let mut speckled = building.clone();
-        let space = building.space(1);
-        let mut cells: Vec<bool> = inside(&space);
-        for (speck, size) in specks {
+        let mut cells = inside(&building.space(1));
+        for (speck, size, is_free) in specks {
             let at = speck.index(cells.len());
+            // The walls are two cells thick: what is free in them is closed on one side.
+            let size = if is_free { 1 } else { size };
             let last = (at + size).min(cells.len());
-            cells[at..last].fill(false);
+            cells[at..last].fill(is_free);
         }
-        speckled.free.clear();
-        let info = crate::building::info(0.1, building.width, building.height);
-        let found = segmentation(&FreeSpace::from_cells(info, &cells), &TopologyParams::INDOOR);
-        let resolution_m = 0.1_f64;
-        let mut sizes = vec![0; found.partition.n_regions() as usize];
-        for index in 0..found.partition.info().n_cells() {
-            if let Some(region) = found.partition.region_at(index) {
-                sizes[region.0 as usize] += 1;
+        prop_assert_eq!(n_places(&building, &cells), n_rooms + 1);
+    }
+
+    /// Tables of up to 0.6 m by 0.6 m, with room to walk around them.
+    #[test]
+    fn furniture_makes_no_rooms(
+        (building, n_rooms) in office(),
+        tables in prop::collection::vec((any::<Index>(), any::<Index>(), 1_usize..7, 1_usize..7), 0..40),
+    ) {
+        let mut cells = inside(&building.space(1));
+        let rooms: Vec<[usize; 4]> = building
+            .free
+            .iter()
+            .copied()
+            .filter(|[left, bottom, right, top]| 20 <= (right - left).min(top - bottom))
+            .collect();
+        for (room, place, width, depth) in tables {
+            let [left, bottom, right, top] = rooms[room.index(rooms.len())];
+            // On a lattice of 1.2 m, so that no two stand together.
+            let (columns, rows) = ((right - left - 6) / 12, (top - bottom - 6) / 12);
+            let at = place.index(columns * rows);
+            let (x, y) = (left + 6 + at % columns * 12, bottom + 6 + at / columns * 12);
+            for y in y..y + depth {
+                cells[y * building.width + x..y * building.width + x + width].fill(false);
             }
         }
-        let is_place = |&&n_cells: &&i32| 0.5 < f64::from(n_cells) * resolution_m.powi(2);
-        prop_assert_eq!(sizes.iter().filter(is_place).count(), n_rooms + 1);
+        prop_assert_eq!(n_places(&building, &cells), n_rooms + 1);
     }
 }
 

@@ -23,12 +23,19 @@ proptest! {
     #[test]
     fn clearance_is_the_least_of_all_distances(space in any_space()) {
         let found = clearance(&space);
+        let width = space.info().width as usize;
         let squared: Vec<usize> = found.squared().iter().map(|&square| square as usize).collect();
         prop_assert_eq!(&squared, &reference(&space));
         for (index, &basis) in found.basis().iter().enumerate() {
             prop_assert!(!space.is_free()[basis as usize], "a basis point is an obstacle");
             let away = distance_squared(&space, index, basis as usize);
             prop_assert_eq!(away, squared[index], "and as far as the clearance says");
+            let place = |other: usize| (other % width, other / width);
+            let first = (0..squared.len())
+                .filter(|&other| !space.is_free()[other])
+                .filter(|&other| distance_squared(&space, index, other) == away)
+                .min_by_key(|&other| place(other));
+            prop_assert_eq!(first, Some(basis as usize), "of several the leftmost, then lowest");
         }
     }
 }
