@@ -50,7 +50,7 @@ pub(crate) fn gates(space: &Space, partition: &Partition, graph: &TopologicalGra
 }
 
 fn portals(space: &Space, partition: &Partition, graph: &TopologicalGraph) -> Portals {
-    let arc_of = arcs_by_crossing(graph);
+    let crossings = Crossings::new(graph);
     let mut portals = Portals::new();
     for index in 0..space.info().n_cells() {
         let Some(region) = partition.region_at(index) else { continue };
@@ -58,7 +58,7 @@ fn portals(space: &Space, partition: &Partition, graph: &TopologicalGraph) -> Po
             let Some(other) = partition.region_at(to).filter(|&other| region < other) else {
                 continue;
             };
-            let arcs = arcs_of_step(space, &arc_of, graph, [region, other], (index, step));
+            let arcs = crossings.of_step(space, graph, [region, other], (index, step));
             portals.entry(([region, other], arcs)).or_default().push((index, step));
         }
     }
@@ -67,42 +67,42 @@ fn portals(space: &Space, partition: &Partition, graph: &TopologicalGraph) -> Po
 
 /// The arc of every step along an axis from one region to another, by its two cells, the smaller
 /// index first.
-fn arcs_by_crossing(graph: &TopologicalGraph) -> HashMap<(usize, usize), usize> {
-    let mut arc_of = HashMap::new();
-    for (arc, crossings) in graph.arcs.iter().map(|arc| &arc.portal).enumerate() {
-        for crossing in crossings {
-            let [low, high] = sorted(crossing.left, crossing.right);
-            arc_of.entry((low, high)).or_insert(arc);
-        }
-    }
-    arc_of
-}
+pub(crate) struct Crossings(HashMap<[usize; 2], usize>);
 
-/// The arcs that a step crosses: one that joins the two regions, or for a diagonal step between
-/// regions without one, all that it cuts the corner of.
-fn arcs_of_step(
-    space: &Space,
-    arc_of: &HashMap<(usize, usize), usize>,
-    graph: &TopologicalGraph,
-    regions: [RegionIndex; 2],
-    (from, step): (usize, usize),
-) -> Vec<usize> {
-    let arc = |a: usize, b: usize| {
-        let [low, high] = sorted(a, b);
-        arc_of.get(&(low, high)).copied()
-    };
-    let to = space.neighbor(from, step);
-    if step.is_multiple_of(2) {
-        return arc(from, to).into_iter().collect();
+impl Crossings {
+    pub(crate) fn new(graph: &TopologicalGraph) -> Self {
+        let mut arc_of = HashMap::new();
+        for (arc, crossings) in graph.arcs.iter().map(|arc| &arc.portal).enumerate() {
+            for crossing in crossings {
+                arc_of.entry(sorted(crossing.left, crossing.right)).or_insert(arc);
+            }
+        }
+        Self(arc_of)
     }
-    let beside = [space.neighbor(from, step - 1), space.neighbor(from, (step + 1) % 8)];
-    let mut arcs: Vec<usize> =
-        beside.into_iter().flat_map(|cell| [arc(from, cell), arc(cell, to)]).flatten().collect();
-    arcs.sort_unstable();
-    arcs.dedup();
-    match arcs.iter().find(|&&arc| graph.arcs[arc].regions == regions) {
-        Some(&joining) => vec![joining],
-        None => arcs,
+
+    /// The arcs that a step between `regions`, the smaller first, crosses: one that joins the two,
+    /// or for a diagonal step between regions without one, all that it cuts the corner of.
+    pub(crate) fn of_step(
+        &self,
+        space: &Space,
+        graph: &TopologicalGraph,
+        regions: [RegionIndex; 2],
+        (from, step): (usize, usize),
+    ) -> Vec<usize> {
+        let arc = |a: usize, b: usize| self.0.get(&sorted(a, b)).copied();
+        let to = space.neighbor(from, step);
+        if step.is_multiple_of(2) {
+            return arc(from, to).into_iter().collect();
+        }
+        let beside = [space.neighbor(from, step - 1), space.neighbor(from, (step + 1) % 8)];
+        let around = |cell| [arc(from, cell), arc(cell, to)];
+        let mut arcs: Vec<usize> = beside.into_iter().flat_map(around).flatten().collect();
+        arcs.sort_unstable();
+        arcs.dedup();
+        match arcs.iter().find(|&&arc| graph.arcs[arc].regions == regions) {
+            Some(&joining) => vec![joining],
+            None => arcs,
+        }
     }
 }
 

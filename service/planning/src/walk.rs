@@ -32,6 +32,19 @@ struct Goal<'a> {
 impl Plans {
     /// The best path between two cells, by index; `None` if there is none.
     pub fn path(&self, from: usize, to: usize, scratch: &mut Scratch) -> Option<GridPath> {
+        self.waypoints(from, to, scratch, |_, _| false)
+    }
+
+    /// Some cells along the best path, start and goal included: what [`crate::smooth`] pulls
+    /// tight. From one to the next lead a straight or diagonal row of steps, or, between gates, a
+    /// straight line that `is_clear`, which is asked with two cells.
+    pub fn waypoints(
+        &self,
+        from: usize,
+        to: usize,
+        scratch: &mut Scratch,
+        is_clear: impl Fn(usize, usize) -> bool,
+    ) -> Option<GridPath> {
         let region = self.place(from)?.region();
         let pieces = self.pieces(from, to, scratch)?;
         let route = route_of(region, &pieces);
@@ -42,15 +55,29 @@ impl Plans {
             return Some(GridPath { route, cells });
         };
         cells.push(name(from));
-        self.walk(start_region, from, first, &mut cells);
-        for leg in &pieces.legs {
-            self.walk_leg(leg, &mut cells);
+        let ends = [first, last].map(|node| self.cell_of(node));
+        if is_clear(from, ends[0]) {
+            cells.push(name(ends[0]));
+        } else {
+            self.walk(start_region, from, first, &mut cells);
         }
-        // The last piece is walked from the goal.
-        let mut back = vec![name(to)];
-        self.walk(goal_region, to, last, &mut back);
-        back.pop();
-        cells.extend(back.into_iter().rev());
+        for leg in &pieces.legs {
+            let to = self.cell_of(leg.to);
+            if is_clear(self.cell_of(leg.from), to) {
+                cells.push(name(to));
+            } else {
+                self.walk_leg(leg, &mut cells);
+            }
+        }
+        if is_clear(ends[1], to) {
+            cells.push(name(to));
+        } else {
+            // The last piece is walked from the goal.
+            let mut back = vec![name(to)];
+            self.walk(goal_region, to, last, &mut back);
+            back.pop();
+            cells.extend(back.into_iter().rev());
+        }
         Some(GridPath { route, cells })
     }
 
