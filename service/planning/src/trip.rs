@@ -35,9 +35,9 @@ impl TripletPlans {
         for at in 0..n_triplets {
             let (first, second) = (transits[at], transits.get(at + 1).copied());
             let part = graph.from(first);
+            let step_from = self.steps(first, second)?;
             while graph.parts().at(cell) == Some(part) {
-                let step = self.step(first, second, cell)?;
-                cell = trip.go(graph, cell, step);
+                cell = trip.go(graph, cell, step_from(cell)?);
             }
         }
         for (cell, step) in last.steps(graph, cell)? {

@@ -96,8 +96,18 @@ impl TripletPlans {
     /// for `second` if the goal lies beyond the first. `None` if there is no such triplet, the cell
     /// lies elsewhere, or there is no way.
     pub fn step(&self, first: Transit, second: Option<Transit>, cell: usize) -> Option<usize> {
-        let slot = self.graph.parts().slot(self.graph.from(first), cell)?;
-        self.tables.get(&(first, second))?.step(slot)
+        self.steps(first, second)?(cell)
+    }
+
+    /// [`Self::step`] of one triplet; `None` if there is no such triplet.
+    pub(crate) fn steps(
+        &self,
+        first: Transit,
+        second: Option<Transit>,
+    ) -> Option<impl Fn(usize) -> Option<usize> + '_> {
+        let motions = self.tables.get(&(first, second))?;
+        let (parts, part) = (self.graph.parts(), self.graph.from(first));
+        Some(move |cell| motions.step(parts.slot(part, cell)?))
     }
 }
 

@@ -84,7 +84,8 @@ fn free_space(path: &Path) -> Result<FreeSpace, Box<dyn Error>> {
     };
     let yaml = read_yaml(&text)?;
     let image_path = path.with_file_name(&yaml.image);
-    let bytes = std::fs::read(&image_path)?;
+    let bytes =
+        std::fs::read(&image_path).map_err(|error| format!("{}: {error}", image_path.display()))?;
     let picture = if has(&image_path, "png") { read_png(&bytes)? } else { read_pgm(&bytes)? };
     let map = imported(&picture, &yaml, &ImportParams::MAP_SERVER)?;
     for warning in &map.warnings {
