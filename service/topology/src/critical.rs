@@ -11,10 +11,11 @@
 
 use std::collections::{BTreeSet, VecDeque};
 
+use crate::bisectors::cosine;
 use crate::clearance::Clearance;
 use crate::lattice::Lattice;
 use crate::neighborhood::Neighborhood;
-use crate::voronoi::{Voronoi, cosine};
+use crate::voronoi::Voronoi;
 
 /// Tunables of [`critical_points`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -1,5 +1,6 @@
 //! Regions of a grid and how they hang together, read off the Voronoi diagram of its walls.
 
+mod bisectors;
 mod clearance;
 mod clearance_update;
 mod constriction;

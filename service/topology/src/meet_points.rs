@@ -16,11 +16,12 @@ use std::collections::HashSet;
 
 use meetpoint_geometry::Point2;
 
+use crate::bisectors::cosine;
 use crate::clearance::Clearance;
 use crate::lattice::Lattice;
 use crate::neighborhood::Neighborhood;
 use crate::spurs::without_spurs;
-use crate::voronoi::{Voronoi, cosine};
+use crate::voronoi::Voronoi;
 use crate::walk::Walk;
 
 /// Tunables of [`meet_points`].

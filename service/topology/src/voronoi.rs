@@ -15,6 +15,7 @@
 
 use meetpoint_geometry::GridInfo;
 
+use crate::bisectors::Bisectors;
 use crate::clearance::Clearance;
 use crate::free::FreeSpace;
 use crate::lattice::Lattice;
@@ -85,6 +86,10 @@ pub fn voronoi(open: &FreeSpace, clearance: &Clearance, params: &VoronoiParams) 
     Making::new(open, clearance, params).1
 }
 
+/// Where the clearance of more than one cell in so many changed, thinning afresh takes less time
+/// than repeating turns, as measured on plans of buildings.
+const AFRESH_FACTOR: usize = 25;
+
 /// How a diagram came about: two thinnings. The first leaves the anchors, which lie beside
 /// bisectors, and what holds them together; the second makes that one cell wide and keeps its ends.
 #[derive(Clone, Debug, PartialEq)]
@@ -126,6 +131,26 @@ impl Making {
     /// closed, and those whose clearance or basis point changed; returns the cells, ascending, that
     /// came onto the diagram or left it.
     pub(crate) fn update(
+        &mut self,
+        voronoi: &mut Voronoi,
+        (open, clearance): (&FreeSpace, &Clearance),
+        params: &VoronoiParams,
+        [flipped, moved]: [&[usize]; 2],
+    ) -> Vec<usize> {
+        if moved.len() * AFRESH_FACTOR <= open.is_free().len() {
+            return self.repeat(voronoi, (open, clearance), params, [flipped, moved]);
+        }
+        let (making, now) = Self::new(open, clearance, params);
+        *self = making;
+        let before = std::mem::replace(voronoi, now);
+        let mut changed = [before.cells.as_slice(), &voronoi.cells].concat();
+        changed.retain(|&index| before.is_on[index] != voronoi.is_on[index]);
+        changed.sort_unstable();
+        changed
+    }
+
+    /// The same by repeating turns, however many they are.
+    fn repeat(
         &mut self,
         voronoi: &mut Voronoi,
         (open, clearance): (&FreeSpace, &Clearance),
@@ -228,84 +253,53 @@ impl Making {
     }
 }
 
-/// Bisectors of different basis points. W. Hesselink and J. Roerdink, "Euclidean skeletons of
-/// digital image and volume data in linear time by the integer medial axis transform", IEEE
-/// Transactions on Pattern Analysis and Machine Intelligence 30 (2008).
-struct Bisectors<'a> {
-    lattice: Lattice,
-    open: &'a FreeSpace,
-    clearance: &'a Clearance,
-    distance_squared_min: f64,
-    cosine_max: f64,
-}
+#[cfg(test)]
+mod tests {
+    use meetpoint_geometry::{Cell, GridFrame, GridInfo};
+    use proptest::prelude::*;
 
-impl<'a> Bisectors<'a> {
-    fn new(open: &'a FreeSpace, clearance: &'a Clearance, params: &VoronoiParams) -> Self {
-        let resolution_m = open.info().frame.resolution_m();
-        Self {
-            lattice: Lattice::new(open.info()),
-            open,
-            clearance,
-            distance_squared_min: (params.basis_distance_min_m / resolution_m).powi(2),
-            cosine_max: params.basis_angle_min_rad.cos(),
-        }
-    }
+    use super::*;
+    use crate::clearance::clearance;
+    use crate::clearance_update::update_clearance;
+    use crate::segmentation::TopologyParams;
 
-    /// For every cell whether it lies beside a bisector, on its nearer side: lines about one cell
-    /// wide, with gaps.
-    fn all(&self) -> Vec<bool> {
-        let is_free = self.open.is_free();
-        let mut are_beside = vec![false; is_free.len()];
-        for index in (0..is_free.len()).filter(|&index| is_free[index]) {
-            let [right, above, ..] = self.lattice.beside(index);
-            for neighbor in [right, above].into_iter().filter(|&index| is_free[index]) {
-                if let Some(nearer) = self.nearer(index, neighbor) {
-                    are_beside[nearer] = true;
-                }
+    const SIDE: usize = 40;
+
+    /// A hall with blocks in it, each free or not.
+    fn hall(blocks: &[([usize; 2], [usize; 2], bool)]) -> FreeSpace {
+        let mut cells = vec![true; SIDE * SIDE];
+        for &([left, bottom], [width, height], is_free) in blocks {
+            for y in bottom..(bottom + height).min(SIDE) {
+                cells[y * SIDE + left..y * SIDE + (left + width).min(SIDE)].fill(is_free);
             }
         }
-        are_beside
+        let frame = GridFrame::new(0.1).expect("a length");
+        let first = Cell { x: 0, y: 0 };
+        FreeSpace::from_cells(GridInfo { frame, first, width: 40, height: 40 }, &cells)
     }
 
-    /// The same of one cell.
-    fn pass_by(&self, index: usize) -> bool {
-        let is_free = self.open.is_free();
-        if !is_free[index] {
-            return false;
-        }
-        let [right, above, left, below] = self.lattice.beside(index);
-        [right, above]
-            .into_iter()
-            .any(|other| is_free[other] && self.nearer(index, other) == Some(index))
-            || [left, below]
-                .into_iter()
-                .any(|other| is_free[other] && self.nearer(other, index) == Some(index))
-    }
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(96))]
 
-    /// Which of two neighbours, the left or lower one first, is nearer to the bisector between
-    /// them; `None` if none is there, or it is one of two basis points on the same wall.
-    fn nearer(&self, index: usize, neighbor: usize) -> Option<usize> {
-        let [own, other] = [index, neighbor].map(|cell| self.clearance.basis()[cell] as usize);
-        if own == other && 0.0 < self.distance_squared_min {
-            return None;
+        #[test]
+        fn repeated_turns_leave_what_thinning_afresh_leaves(
+            blocks in prop::collection::vec(
+                ([0..SIDE, 0..SIDE], [1_usize..14, 1_usize..14], any::<bool>()), 1..24),
+            n_before in any::<prop::sample::Index>(),
+        ) {
+            let params = TopologyParams::INDOOR.voronoi;
+            let [before, now] = [n_before.index(blocks.len()), blocks.len()].map(|n| hall(&blocks[..n]));
+            let mut distances = clearance(&before);
+            let (mut making, mut voronoi) = Making::new(&before, &distances, &params);
+            let was_on = voronoi.is_on.clone();
+            let flipped = before.differences(&now);
+            let moved = update_clearance(&mut distances, &now, &flipped);
+            let news = making.repeat(&mut voronoi, (&now, &distances), &params, [&flipped, &moved]);
+            let (afresh, diagram) = Making::new(&now, &distances, &params);
+            prop_assert!(making == afresh, "the record");
+            prop_assert!(voronoi == diagram, "the diagram");
+            let differ = (0..was_on.len()).filter(|&index| was_on[index] != diagram.is_on[index]);
+            prop_assert_eq!(news, differ.collect::<Vec<_>>());
         }
-        let lattice = self.lattice;
-        let apart = lattice.distance_squared(own, other) as f64;
-        let [a, b] = [own, other].map(|to| lattice.offset(index, to));
-        if apart < self.distance_squared_min || self.cosine_max < cosine(a, b) {
-            return None;
-        }
-        // Twice the middle of the step against twice the middle of the basis points.
-        let step = lattice.offset(index, neighbor);
-        let beyond =
-            (0..2).map(|axis| (b[axis] - a[axis]) * (step[axis] - a[axis] - b[axis])).sum::<i64>();
-        Some(if 0 <= beyond { index } else { neighbor })
     }
-}
-
-/// Cosine of the angle between two directions; 1 if one has no length.
-pub(crate) fn cosine(a: [i64; 2], b: [i64; 2]) -> f64 {
-    let dot = |a: [i64; 2], b: [i64; 2]| (a[0] * b[0] + a[1] * b[1]) as f64;
-    let lengths = (dot(a, a) * dot(b, b)).sqrt();
-    if lengths == 0.0 { 1.0 } else { dot(a, b) / lengths }
 }
