@@ -3,8 +3,8 @@
 //! Every step of [`segmentation`] looks at what the step before it changed, and at nothing else:
 //! obstacles beside cells that differ, clearance between walls there, turns of the thinning that saw
 //! something new, critical points within epsilon along the diagram, lines that look into changed
-//! space, fine regions that hold changed cells or cuts. The choice among
-//! some hundred lines is made in full: a door that closes can tip it anywhere in the building.
+//! space, fine regions that hold changed cells or cuts. The choice among some hundred lines is made in
+//! full: a door that closes can tip it anywhere in the building.
 //!
 //! Whatever was before, the result is that of [`segmentation`], bit for bit. Time O(what the change
 //! reaches + cells), where the second term is reading and writing rows.
