@@ -76,6 +76,27 @@ impl Store {
         Ok(Some((hash, unpack(hash, &bytes)?)))
     }
 
+    /// The topology of a map's newest version that has one, and its hash.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if it is missing or does not have its hash any more.
+    pub async fn newest_topology(
+        &self,
+        map: &MapId,
+    ) -> Result<Option<(ContentHash, Vec<u8>)>, Error> {
+        let number: Option<i64> = sqlx::query_scalar(
+            "select max(number) from map_versions
+             where map_id = $1 and topology_hash is not null",
+        )
+        .bind(map)
+        .fetch_one(self.readers())
+        .await?;
+        match number {
+            Some(number) => self.topology(map, count(number)?).await,
+            None => Ok(None),
+        }
+    }
+
     /// The next free ids of a map.
     ///
     /// # Errors

@@ -49,12 +49,21 @@ pub(crate) trait Door {
     /// 0 is the published one.
     async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion>;
     async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map>;
+    async fn import(&self, map: &str, yaml: &str, image: &[u8]) -> Answer<v1::ImportMapResponse>;
     async fn grid(
         &self,
         map: &str,
         version: u64,
         bbox: Option<v1::BoundingBox>,
     ) -> Answer<v1::Grid>;
+    async fn graph(
+        &self,
+        map: &str,
+        version: u64,
+        pruning: v1::GraphPruning,
+        outlines: bool,
+    ) -> Answer<v1::Graph>;
+    async fn region(&self, map: &str, region: u64, version: u64) -> Answer<v1::GetRegionResponse>;
     async fn create_robot(&self, id: &str) -> Answer<v1::Robot>;
     async fn robot(&self, robot: &str) -> Answer<v1::Robot>;
     async fn robots(&self, page: Page<'_>) -> Answer<Rows<v1::Robot>>;

@@ -28,20 +28,20 @@ fn small(value: &Value) -> u32 {
     u32::try_from(unsigned(value)).expect("a small count")
 }
 
-fn real(value: &Value) -> f64 {
+pub(crate) fn real(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-fn truth(value: &Value) -> bool {
+pub(crate) fn truth(value: &Value) -> bool {
     value.as_bool().unwrap_or_else(|| panic!("{value} is neither true nor false"))
 }
 
 /// What stands at a name, if anything does.
-fn present<'a>(body: &'a Value, name: &str) -> Option<&'a Value> {
+pub(crate) fn present<'a>(body: &'a Value, name: &str) -> Option<&'a Value> {
     body.get(name).inspect(|value| assert!(!value.is_null(), "`{name}` is absent, not null"))
 }
 
-fn rows<T>(list: &Value, row: impl FnMut(&Value) -> T) -> Vec<T> {
+pub(crate) fn rows<T>(list: &Value, row: impl FnMut(&Value) -> T) -> Vec<T> {
     list.as_array().unwrap_or_else(|| panic!("{list} is no list")).iter().map(row).collect()
 }
 
@@ -74,6 +74,33 @@ pub(crate) fn version(body: &Value) -> v1::MapVersion {
         create_time_ns: signed(&body["create_time_ns"]),
         origin: text(&body["origin"]),
     }
+}
+
+pub(crate) fn import(body: &Value) -> v1::ImportMapResponse {
+    let cells = &body["cells"];
+    let cells = v1::ImportedCells {
+        origin: Some(point(&cells["origin"])),
+        width: small(&cells["width"]),
+        height: small(&cells["height"]),
+        free: unsigned(&cells["free"]),
+        occupied: unsigned(&cells["occupied"]),
+        unknown: unsigned(&cells["unknown"]),
+        shift_x_m: real(&cells["shift_x_m"]),
+        shift_y_m: real(&cells["shift_y_m"]),
+        turn_rad: real(&cells["turn_rad"]),
+    };
+    v1::ImportMapResponse {
+        map: Some(map(&body["map"])),
+        map_version: unsigned(&body["map_version"]),
+        journal_position: unsigned(&body["journal_position"]),
+        already_imported: truth(&body["already_imported"]),
+        cells: Some(cells),
+        warnings: rows(&body["warnings"], text),
+    }
+}
+
+pub(crate) fn point(body: &Value) -> v1::Point {
+    v1::Point { x_m: real(&body["x_m"]), y_m: real(&body["y_m"]) }
 }
 
 pub(crate) fn robot(body: &Value) -> v1::Robot {
@@ -190,7 +217,7 @@ pub(crate) fn grid(body: &Value) -> v1::Grid {
         map_version: unsigned(&body["map_version"]),
         cost_revision: unsigned(&body["cost_revision"]),
         resolution_m: real(&body["resolution_m"]),
-        origin: Some(v1::Point { x_m: real(&origin["x_m"]), y_m: real(&origin["y_m"]) }),
+        origin: Some(point(origin)),
         width: small(&body["width"]),
         height: small(&body["height"]),
         cells: rows(&body["cells"], |cell| u8::try_from(small(cell)).expect("a byte")),

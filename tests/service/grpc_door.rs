@@ -4,7 +4,9 @@ use meetpoint_client::v1;
 use tonic::Status;
 use tonic::transport::Channel;
 use tonic_types::StatusExt;
+use v1::graph_service_client::GraphServiceClient;
 use v1::grid_service_client::GridServiceClient;
+use v1::import_map_request::Kind as Part;
 use v1::ingest_batch_request::Kind as Upload;
 use v1::job_service_client::JobServiceClient;
 use v1::map_service_client::MapServiceClient;
@@ -23,6 +25,7 @@ pub(crate) struct GrpcDoor {
     pub(crate) robots: RobotServiceClient<Channel>,
     pub(crate) sessions: SessionServiceClient<Channel>,
     pub(crate) grids: GridServiceClient<Channel>,
+    pub(crate) graphs: GraphServiceClient<Channel>,
     pub(crate) jobs: JobServiceClient<Channel>,
 }
 
@@ -34,6 +37,8 @@ impl GrpcDoor {
             sessions: SessionServiceClient::new(channel.clone())
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
             grids: GridServiceClient::new(channel.clone())
+                .max_decoding_message_size(ANSWER_BYTES_MAX),
+            graphs: GraphServiceClient::new(channel.clone())
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
             jobs: JobServiceClient::new(channel),
         }
@@ -94,6 +99,15 @@ impl Door for GrpcDoor {
         Ok(filled(self.maps.clone().publish_map_version(request).await?.into_inner().map))
     }
 
+    async fn import(&self, map: &str, yaml: &str, image: &[u8]) -> Answer<v1::ImportMapResponse> {
+        let head = v1::ImportHead { map: map.to_owned(), yaml: yaml.to_owned() };
+        // Pieces of an odd size.
+        let pieces = image.chunks(77_777).map(|piece| Part::Image(piece.to_vec()));
+        let kinds: Vec<Part> = std::iter::once(Part::Head(head)).chain(pieces).collect();
+        let messages = kinds.into_iter().map(|kind| v1::ImportMapRequest { kind: Some(kind) });
+        Ok(self.maps.clone().import_map(tokio_stream::iter(messages)).await?.into_inner())
+    }
+
     async fn grid(
         &self,
         map: &str,
@@ -102,6 +116,23 @@ impl Door for GrpcDoor {
     ) -> Answer<v1::Grid> {
         let request = v1::GetGridRequest { map: map.to_owned(), version, bounding_box };
         Ok(filled(self.grids.clone().get_grid(request).await?.into_inner().grid))
+    }
+
+    async fn graph(
+        &self,
+        map: &str,
+        version: u64,
+        pruning: v1::GraphPruning,
+        outlines: bool,
+    ) -> Answer<v1::Graph> {
+        let (map, pruning) = (map.to_owned(), pruning.into());
+        let request = v1::GetGraphRequest { map, version, pruning, outlines };
+        Ok(filled(self.graphs.clone().get_graph(request).await?.into_inner().graph))
+    }
+
+    async fn region(&self, map: &str, region: u64, version: u64) -> Answer<v1::GetRegionResponse> {
+        let request = v1::GetRegionRequest { map: map.to_owned(), region, version };
+        Ok(self.graphs.clone().get_region(request).await?.into_inner())
     }
 
     async fn create_robot(&self, id: &str) -> Answer<v1::Robot> {

@@ -6,6 +6,7 @@
 mod door;
 mod drive;
 mod from_json;
+mod graph_json;
 mod grpc_door;
 mod http;
 mod kept;
@@ -15,7 +16,9 @@ mod to_json;
 
 mod contract;
 mod crash;
+mod graphs;
 mod growing;
+mod imports;
 mod maps;
 mod operation;
 mod rejections;

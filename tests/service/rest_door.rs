@@ -8,6 +8,7 @@ use v1::ingest_batch_request::Kind as Upload;
 
 use crate::door::{Answer, Door, Page, Refused, Rows};
 use crate::from_json;
+use crate::graph_json;
 use crate::http::{Http, Reply};
 use crate::to_json;
 
@@ -93,6 +94,18 @@ impl Door for RestDoor {
         Ok(from_json::map(&answer(&self.0.post_with(&path, &[], b""), &[200])?))
     }
 
+    async fn import(&self, map: &str, yaml: &str, image: &[u8]) -> Answer<v1::ImportMapResponse> {
+        let part = |name: &str, content: &[u8]| {
+            let head = format!("--cut\r\ncontent-disposition: form-data; name=\"{name}\"\r\n\r\n");
+            [head.as_bytes(), content, b"\r\n"].concat()
+        };
+        let form = [part("yaml", yaml.as_bytes()), part("image", image), b"--cut--\r\n".to_vec()];
+        let kind = [("content-type", "multipart/form-data; boundary=cut")];
+        let path = format!("/v1/maps/{}/imports", map.replace(' ', "%20"));
+        let body = answer(&self.0.post_with(&path, &kind, &form.concat()), &[201, 200])?;
+        Ok(from_json::import(&body))
+    }
+
     async fn grid(
         &self,
         map: &str,
@@ -106,6 +119,29 @@ impl Door for RestDoor {
         });
         let path = format!("/v1/maps/{map}/grid?format=json&version={version}{corners}");
         Ok(from_json::grid(&self.get(&path)?))
+    }
+
+    async fn graph(
+        &self,
+        map: &str,
+        version: u64,
+        pruning: v1::GraphPruning,
+        outlines: bool,
+    ) -> Answer<v1::Graph> {
+        let pruned = match pruning {
+            v1::GraphPruning::Unspecified => "none",
+            v1::GraphPruning::Pairs => "pairs",
+            v1::GraphPruning::Ends => "ends",
+        };
+        let version = version_name(version);
+        let query = format!("version={version}&pruned={pruned}&outlines={outlines}");
+        Ok(graph_json::graph(&self.get(&format!("/v1/maps/{map}/graph?{query}"))?))
+    }
+
+    async fn region(&self, map: &str, region: u64, version: u64) -> Answer<v1::GetRegionResponse> {
+        let version = version_name(version);
+        let body = self.get(&format!("/v1/maps/{map}/regions/{region}?version={version}"))?;
+        Ok(graph_json::region_state(&body))
     }
 
     async fn create_robot(&self, id: &str) -> Answer<v1::Robot> {

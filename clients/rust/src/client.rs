@@ -3,12 +3,14 @@
 use std::time::Duration;
 
 use meetpoint_proto::v1::{
-    CloseSessionRequest, CreateJobRequest, CreateMapRequest, GetGridRequest, GetJobRequest,
-    GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest, Grid,
-    IngestRequest, IngestResponse, Job, JobKind, ListSessionsRequest, Map, MapVersion,
-    OpenSessionRequest, OpenSessionResponse, Session, Trajectory,
-    grid_service_client::GridServiceClient, job_service_client::JobServiceClient,
-    map_service_client::MapServiceClient, session_service_client::SessionServiceClient,
+    CloseSessionRequest, CreateJobRequest, CreateMapRequest, GetGraphRequest, GetGridRequest,
+    GetJobRequest, GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest,
+    Graph, GraphPruning, Grid, ImportHead, ImportMapRequest, ImportMapResponse, IngestRequest,
+    IngestResponse, Job, JobKind, ListSessionsRequest, Map, MapVersion, OpenSessionRequest,
+    OpenSessionResponse, Session, Trajectory, graph_service_client::GraphServiceClient,
+    grid_service_client::GridServiceClient, import_map_request::Kind as Part,
+    job_service_client::JobServiceClient, map_service_client::MapServiceClient,
+    session_service_client::SessionServiceClient,
 };
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::{
@@ -22,6 +24,10 @@ use crate::error::Error;
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
 /// A single question that takes longer has failed.
 const CALL_TIMEOUT: Duration = Duration::from_secs(30);
+/// An import that takes longer has failed: 64 MB at 5 Mbit/s.
+const IMPORT_TIMEOUT: Duration = Duration::from_mins(3);
+/// Bytes of an image that one message carries: well below the service's limit of a message.
+const IMAGE_PIECE_BYTES: usize = 1 << 20;
 /// Between pings, which find a dead Wi-Fi link and keep address translations alive. The service
 /// permits pings from 20 s on.
 const PING_INTERVAL: Duration = Duration::from_secs(25);
@@ -111,6 +117,49 @@ impl Client {
             .max_decoding_message_size(ANSWER_BYTES_MAX);
         let response = grids.get_grid(call(request)).await?;
         response.into_inner().grid.ok_or(Error::Malformed("grid"))
+    }
+
+    /// The topological graph of a version of a map (0 for the published one), its regions with
+    /// outlines if asked for.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND`, `VERSION_NOT_FOUND`, `NOTHING_OBSERVED`, `MAP_TOO_LARGE` or `GRAPH_NOT_MADE`.
+    pub async fn graph(
+        &self,
+        map: &str,
+        version: u64,
+        pruning: GraphPruning,
+        outlines: bool,
+    ) -> Result<Graph, Error> {
+        let (map, pruning) = (map.to_owned(), pruning.into());
+        let request = GetGraphRequest { map, version, pruning, outlines };
+        let mut graphs = GraphServiceClient::new(self.channel.clone())
+            .max_decoding_message_size(ANSWER_BYTES_MAX);
+        let response = graphs.get_graph(call(request)).await?;
+        response.into_inner().graph.ok_or(Error::Malformed("graph"))
+    }
+
+    /// Makes a version of a map, and the map if there is none of that id, from the files of a
+    /// `map_server` map: the text of its YAML and its PNG or PGM image.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_EMPTY` if robots have observed the map or other files were imported,
+    /// `MAP_TOO_LARGE`, `MESSAGE_TOO_LARGE`, or what is wrong with the files.
+    pub async fn import_map(
+        &self,
+        map: &str,
+        yaml: &str,
+        image: &[u8],
+    ) -> Result<ImportMapResponse, Error> {
+        let head = ImportHead { map: map.to_owned(), yaml: yaml.to_owned() };
+        let pieces = image.chunks(IMAGE_PIECE_BYTES).map(|piece| Part::Image(piece.to_vec()));
+        let kinds: Vec<Part> = std::iter::once(Part::Head(head)).chain(pieces).collect();
+        let messages = kinds.into_iter().map(|kind| ImportMapRequest { kind: Some(kind) });
+        let mut request = Request::new(tokio_stream::iter(messages));
+        request.set_timeout(IMPORT_TIMEOUT);
+        Ok(self.maps().import_map(request).await?.into_inner())
     }
 
     /// Opens a session, or finds the one that was opened with the same robot and client key.

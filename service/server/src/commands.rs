@@ -1,11 +1,14 @@
 //! The commands that ask a running service, and the one that is it.
 
 pub mod bench;
+pub mod graph;
+pub mod import;
 pub mod map;
 pub mod rebuild;
 pub mod serve;
 pub mod trajectory;
 
 mod asked;
+mod graph_picture;
 
 pub use asked::ServerArgs;

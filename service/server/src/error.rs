@@ -93,6 +93,38 @@ pub enum Error {
         /// The limit.
         limit_cells: u64,
     },
+    /// The map has observations, or came from other files.
+    #[error("map `{0}` is not empty: import into a new one")]
+    MapNotEmpty(String),
+    /// The map has more cells than can be worked on.
+    #[error("a map of {n_cells} cells; at most {limit_cells} are taken")]
+    MapTooLarge {
+        /// Cells of the map.
+        n_cells: u64,
+        /// The limit.
+        limit_cells: u64,
+    },
+    /// An older program made the version, which has no graph.
+    #[error(
+        "version {version} of map `{map}` was made without a graph: `meetpoint rebuild {map}` makes \
+         one that has it"
+    )]
+    NoGraph {
+        /// The map.
+        map: String,
+        /// The version.
+        version: u64,
+    },
+    /// The map never had a region of that id, or not in versions up to this one.
+    #[error("map `{map}` has no region {region} in version {version} and had none before")]
+    NoSuchRegion {
+        /// The map.
+        map: String,
+        /// The region asked for.
+        region: u64,
+        /// The version asked for.
+        version: u64,
+    },
     /// The same Idempotency-Key came with another request.
     #[error("this Idempotency-Key was used for another request")]
     IdempotencyKeyReused,
@@ -204,6 +236,10 @@ impl Error {
             Self::SequenceGap { .. } => (Code::SequenceGap, "SEQUENCE_GAP"),
             Self::BatchContentMismatch { .. } => (Code::AlreadyExists, "BATCH_CONTENT_MISMATCH"),
             Self::GridTooLarge { .. } => (Code::TooLarge, "GRID_TOO_LARGE"),
+            Self::MapNotEmpty(_) => (Code::WrongState, "MAP_NOT_EMPTY"),
+            Self::MapTooLarge { .. } => (Code::TooLarge, "MAP_TOO_LARGE"),
+            Self::NoGraph { .. } => (Code::NotFound, "GRAPH_NOT_MADE"),
+            Self::NoSuchRegion { .. } => (Code::NotFound, "REGION_NOT_FOUND"),
             Self::IdempotencyKeyReused => (Code::Conflict, "IDEMPOTENCY_KEY_REUSED"),
             Self::StorageFull => (Code::Full, "STORAGE_FULL"),
             Self::StorageBusy => (Code::Busy, "STORAGE_BUSY"),
@@ -226,7 +262,7 @@ impl Error {
             Self::MessageTooLarge { limit_bytes, .. } => {
                 vec![("limit_bytes", limit_bytes.to_string())]
             }
-            Self::GridTooLarge { limit_cells, .. } => {
+            Self::GridTooLarge { limit_cells, .. } | Self::MapTooLarge { limit_cells, .. } => {
                 vec![("limit_cells", limit_cells.to_string())]
             }
             _ => Vec::new(),
@@ -273,6 +309,8 @@ impl From<storage::Error> for Error {
             Stored::SessionKeyTaken { .. } => Self::SessionKeyTaken,
             Stored::SessionFenced { newest } => Self::SessionFenced { newest: Some(newest) },
             Stored::SessionClosed(_) => Self::SessionClosed,
+            Stored::MapNotEmpty(map) => Self::MapNotEmpty(map.0),
+            Stored::OtherResolution { .. } => Self::field("yaml.resolution", error.to_string()),
             Stored::EpochTooLarge { .. } => Self::field("epoch", error.to_string()),
             Stored::Full => Self::StorageFull,
             Stored::Busy => Self::StorageBusy,

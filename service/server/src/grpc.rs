@@ -1,6 +1,8 @@
 //! gRPC: carries operations, decides nothing.
 
+mod graphs;
 mod grids;
+mod imports;
 mod ingest;
 mod jobs;
 mod maps;
@@ -12,6 +14,7 @@ use axum::Router;
 use meetpoint_proto::{FILE_DESCRIPTOR_SET, v1};
 use tonic::codec::CompressionEncoding::{Gzip, Zstd};
 use tonic::service::Routes;
+use v1::graph_service_server::GraphServiceServer;
 use v1::grid_service_server::GridServiceServer;
 use v1::job_service_server::JobServiceServer;
 use v1::map_service_server::MapServiceServer;
@@ -46,6 +49,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<RobotServiceServer<Service>>().await;
     health.set_serving::<SessionServiceServer<Service>>().await;
     health.set_serving::<GridServiceServer<Service>>().await;
+    health.set_serving::<GraphServiceServer<Service>>().await;
     health.set_serving::<JobServiceServer<Service>>().await;
     let reflection = || {
         tonic_reflection::server::Builder::configure()
@@ -59,6 +63,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(RobotServiceServer, service))
         .add_service(carried!(SessionServiceServer, service))
         .add_service(carried!(GridServiceServer, service))
+        .add_service(carried!(GraphServiceServer, service))
         .add_service(carried!(JobServiceServer, service));
     let limit_bytes = service.settings.limits.request_bytes_max;
     let named = axum::middleware::map_response(move |response| async move {

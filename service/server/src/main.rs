@@ -23,6 +23,8 @@ enum Command {
     Replay(replay::ReplayArgs),
     /// Save a map's grid, or draw it here
     Map(commands::map::MapArgs),
+    /// Show a map's regions and how they hang together, or draw them
+    Graph(commands::graph::GraphArgs),
     /// Save a session's trajectory
     Trajectory(commands::trajectory::TrajectoryArgs),
     /// Measure this service on this machine
@@ -56,6 +58,7 @@ async fn main() -> ExitCode {
         Command::Serve(args) => commands::serve::run(args).await,
         Command::Replay(args) => replay::run(args).await,
         Command::Map(args) => commands::map::run(args).await,
+        Command::Graph(args) => commands::graph::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,

@@ -5,6 +5,8 @@ mod actors;
 mod checkpoint;
 mod map_state;
 mod snapshot;
+mod topology;
 
 pub(crate) use actors::Actors;
 pub(crate) use map_state::MapState;
+pub(crate) use topology::free_space;

@@ -1,6 +1,8 @@
 //! What the service does, once; gRPC and REST only carry it.
 
+pub(crate) mod graphs;
 pub(crate) mod grids;
+pub(crate) mod imports;
 pub(crate) mod jobs;
 pub(crate) mod maps;
 pub(crate) mod page;

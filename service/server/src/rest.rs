@@ -5,10 +5,12 @@ mod batches;
 mod entity_tag;
 mod events;
 mod geometry;
+mod graphs;
 mod grids;
 mod health;
 mod home;
 mod idempotency;
+mod imports;
 mod integer;
 mod jobs;
 mod maps;
@@ -16,6 +18,7 @@ mod observations;
 mod openapi;
 mod page;
 mod problem;
+mod regions;
 mod reply;
 mod request;
 mod robots;
@@ -44,6 +47,8 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use crate::service::Service;
+pub(crate) use graphs::Graph;
+pub(crate) use imports::MapImport;
 pub(crate) use trajectories::Trajectory;
 
 /// Answers that draw a grid at the same time; more wait. A grid of the largest size takes some 200 MB
@@ -97,11 +102,14 @@ fn api() -> OpenApiRouter<Rest> {
     OpenApiRouter::with_openapi(openapi::Document::openapi())
         .routes(routes!(maps::list_maps, maps::create_map))
         .routes(routes!(maps::get_map))
+        .routes(routes!(imports::import_map))
         .routes(routes!(versions::list_map_versions))
         .routes(routes!(versions::get_map_version))
         .routes(routes!(versions::publish_map_version))
         .routes(routes!(grids::get_grid).layer(drawing.clone()))
-        .routes(routes!(tiles::get_tile).layer(drawing))
+        .routes(routes!(tiles::get_tile).layer(drawing.clone()))
+        .routes(routes!(graphs::get_graph).layer(drawing))
+        .routes(routes!(regions::get_region))
         .routes(routes!(robots::list_robots, robots::create_robot))
         .routes(routes!(robots::get_robot))
         .routes(routes!(session_routes::list_sessions, session_routes::open_session))

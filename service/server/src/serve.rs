@@ -12,6 +12,7 @@ use axum::extract::Request;
 use axum::http::header::CONTENT_TYPE;
 use meetpoint_storage::{Store, StoreSettings};
 use tokio::net::TcpListener;
+use tokio::sync::Semaphore;
 use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use tower::ServiceExt;
@@ -20,7 +21,9 @@ use crate::ingest::{JournalWriter, KnownSessions};
 use crate::jobs;
 use crate::live::Live;
 use crate::mapping::Actors;
+use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
+use crate::operations::imports;
 use crate::service::{Parts, Service};
 use crate::settings::Settings;
 use crate::{grpc, listener, rest, telemetry};
@@ -69,6 +72,8 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
         journal,
         known_sessions: KnownSessions::default(),
         grids: GridCache::default(),
+        topologies: TopologyCache::default(),
+        importing: Arc::new(Semaphore::new(imports::N_AT_ONCE)),
         stop: CancellationToken::new(),
     }));
     let (host, port) = (service.settings.server.host, service.settings.server.port);

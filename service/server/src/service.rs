@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use meetpoint_storage::Store;
+use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::ingest::{JournalWriter, KnownSessions};
 use crate::live::Live;
 use crate::mapping::Actors;
+use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
 use crate::settings::Settings;
 
@@ -24,6 +26,9 @@ pub struct Parts {
     pub(crate) journal: JournalWriter,
     pub(crate) known_sessions: KnownSessions,
     pub(crate) grids: GridCache,
+    pub(crate) topologies: TopologyCache,
+    /// One permit for each import that may be under way.
+    pub(crate) importing: Arc<Semaphore>,
     /// Cancelled when the service stops: long streams end with it.
     pub(crate) stop: CancellationToken,
 }

@@ -44,6 +44,8 @@ pub struct Limits {
     pub n_in_flight_max: u32,
     pub request_bytes_max: usize,
     pub grid_cells_max: u64,
+    pub import_bytes_max: usize,
+    pub import_cells_max: u64,
     pub page_size_max: u32,
     pub page_size_default: u32,
     pub stamp_back_max_s: f64,
@@ -75,6 +77,7 @@ pub struct MappingSettings {
     pub read_ahead_n_max: u32,
     pub read_ahead_bytes_max: usize,
     pub lease_ttl_s: u32,
+    pub topology_cells_max: u64,
 }
 
 /// Why settings could not be used.
@@ -194,6 +197,8 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("limits.observations_max", u64::from(limits.observations_max), 1),
         ("limits.n_in_flight_max", u64::from(limits.n_in_flight_max), 1),
         ("limits.request_bytes_max", limits.request_bytes_max as u64, 65536),
+        ("limits.import_bytes_max", limits.import_bytes_max as u64, 1024),
+        ("limits.import_cells_max", limits.import_cells_max, 1),
         ("limits.page_size_max", u64::from(limits.page_size_max), 1),
         ("limits.page_size_default", u64::from(limits.page_size_default), 1),
         ("journal.group_n_max", journal.group_n_max as u64, 1),

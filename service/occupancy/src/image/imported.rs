@@ -343,8 +343,12 @@ mod tests {
         assert_eq!(placed(FRAC_PI_2), ("_# .. #.".into(), at(18, -10), 0), "a quarter");
         assert_eq!(placed(PI), ("#.. _.#".into(), at(17, -12), 0), "a half");
         assert_eq!(placed(-FRAC_PI_2), (".# .. #_".into(), at(20, -13), 0), "three quarters");
-        assert_eq!(placed(3.14), ("#.. _.#".into(), at(17, -12), 1), "what people write for pi");
-        let map = on_lattice(drawing, [0.0, 0.0, 3.14]);
+        assert_eq!(
+            placed(314.0 / 100.0),
+            ("#.. _.#".into(), at(17, -12), 1),
+            "what people write for pi"
+        );
+        let map = on_lattice(drawing, [0.0, 0.0, 314.0 / 100.0]);
         assert_eq!((map.turn_rad, map.shift_m), (PI, [0.0, 0.0]), "and told");
         assert!(map.warnings[0].contains("taken as 180 degrees"), "{:?}", map.warnings);
     }

@@ -8,15 +8,27 @@ use meetpoint_occupancy::{Raster, npy, pgm, png, terminal, yaml};
 use meetpoint_proto::v1;
 
 use super::asked::{ServerArgs, save};
+use super::import::{self, ImportArgs};
 
 /// Columns of a drawing where the terminal does not say its width.
 const N_COLUMNS_DEFAULT: usize = 100;
 
+/// What can be done with maps besides drawing one.
+#[derive(Debug, clap::Subcommand)]
+enum MapCommand {
+    /// Make a map version from a `map_server` map: its YAML and the image that it names
+    Import(ImportArgs),
+}
+
 /// Options of `meetpoint map`.
 #[derive(Debug, clap::Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
 pub struct MapArgs {
+    #[command(subcommand)]
+    command: Option<MapCommand>,
     /// The map
-    map: String,
+    #[arg(required = true)]
+    map: Option<String>,
     /// The version; the published one where nothing is said
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     version: u64,
@@ -42,12 +54,21 @@ enum Format {
     Npy,
 }
 
-/// Asks for the grid and writes it.
+/// Imports a map, or asks for a grid and writes it.
 ///
 /// # Errors
-/// If there is none, or it cannot be written.
+/// If there is none, or it cannot be read or written.
 pub async fn run(args: MapArgs) -> anyhow::Result<()> {
-    let grid = args.server.client()?.grid(&args.map, args.version).await?;
+    let MapArgs { command, map, .. } = &args;
+    match (command, map) {
+        (Some(MapCommand::Import(args)), _) => import::run(args).await,
+        (None, Some(map)) => draw(&args, map).await,
+        (None, None) => anyhow::bail!("which map?"),
+    }
+}
+
+async fn draw(args: &MapArgs, asked: &str) -> anyhow::Result<()> {
+    let grid = args.server.client()?.grid(asked, args.version).await?;
     let (map, version) = (grid.map.clone(), grid.map_version);
     let raster = raster(grid)?;
     let files = match args.format {
@@ -55,10 +76,10 @@ pub async fn run(args: MapArgs) -> anyhow::Result<()> {
             println!("{}", terminal(&raster, n_columns()));
             Vec::new()
         }
-        Format::Png => vec![(path(&args, "png"), png(&raster))],
-        Format::Npy => vec![(path(&args, "npy"), npy(&raster))],
+        Format::Png => vec![(path(args, &map, "png"), png(&raster))],
+        Format::Npy => vec![(path(args, &map, "npy"), npy(&raster))],
         Format::Pgm => {
-            let image = path(&args, "pgm");
+            let image = path(args, &map, "pgm");
             let name = image.file_name().unwrap_or_default().to_string_lossy().into_owned();
             let text = yaml(&raster, &name);
             let beside = image.with_extension("yaml");
@@ -68,7 +89,7 @@ pub async fn run(args: MapArgs) -> anyhow::Result<()> {
     for (path, bytes) in &files {
         save(path, bytes)?;
     }
-    report(&args, &map, version, &raster, &files);
+    report(args, &map, version, &raster, &files);
     Ok(())
 }
 
@@ -97,8 +118,8 @@ fn report(args: &MapArgs, map: &str, version: u64, raster: &Raster, files: &[(Pa
     );
 }
 
-fn path(args: &MapArgs, extension: &str) -> PathBuf {
-    args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{}.{extension}", args.map)))
+fn path(args: &MapArgs, map: &str, extension: &str) -> PathBuf {
+    args.output.clone().unwrap_or_else(|| PathBuf::from(format!("{map}.{extension}")))
 }
 
 fn n_columns() -> usize {

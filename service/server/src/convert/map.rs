@@ -11,15 +11,20 @@ const RESOLUTION_DEFAULT_M: f64 = 0.05;
 const RESOLUTION_RANGE_M: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 /// The edge of a cell that a request asks for, in metres; 0 for the default.
-pub(crate) fn resolution_m(asked_m: f64) -> Result<f64, Error> {
+pub(crate) fn resolution_or_default_m(asked_m: f64) -> Result<f64, Error> {
     if asked_m == 0.0 {
         return Ok(RESOLUTION_DEFAULT_M);
     }
+    resolution_m("map.resolution_m", asked_m)
+}
+
+/// The edge of a cell in metres, if a map can have it.
+pub(crate) fn resolution_m(field: &str, asked_m: f64) -> Result<f64, Error> {
     if RESOLUTION_RANGE_M.contains(&asked_m) {
         return Ok(asked_m);
     }
     let (least_m, most_m) = (RESOLUTION_RANGE_M.start(), RESOLUTION_RANGE_M.end());
-    Err(Error::field("map.resolution_m", format!("{asked_m} m, must be {least_m} to {most_m} m")))
+    Err(Error::field(field, format!("{asked_m} m, must be {least_m} to {most_m} m")))
 }
 
 /// A map for the wire.

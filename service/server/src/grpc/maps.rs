@@ -5,9 +5,10 @@ use meetpoint_storage::MapId;
 use tokio::sync::broadcast::error::RecvError;
 use tokio::sync::mpsc;
 use tokio_stream::wrappers::ReceiverStream;
-use tonic::{Request, Response, Status};
+use tonic::{Request, Response, Status, Streaming};
 use v1::map_service_server::MapService;
 
+use super::imports;
 use crate::live::Event;
 use crate::service::Service;
 
@@ -68,6 +69,13 @@ impl MapService for Service {
         request: Request<v1::PublishMapVersionRequest>,
     ) -> Result<Response<v1::PublishMapVersionResponse>, Status> {
         Ok(self.publish_map_version(request.into_inner()).await?.into())
+    }
+
+    async fn import_map(
+        &self,
+        request: Request<Streaming<v1::ImportMapRequest>>,
+    ) -> Result<Response<v1::ImportMapResponse>, Status> {
+        Ok(imports::import(self, request.into_inner()).await?.into())
     }
 }
 

@@ -19,6 +19,7 @@ use super::actors::{Mailbox, Replacement, Shared};
 use super::checkpoint;
 use super::map_state::{Applied, MapState};
 use super::snapshot::{Draft, SavedTiles};
+use super::topology::Topologies;
 use crate::convert::job::REBUILD;
 use crate::live::{Event, SessionProgress};
 use crate::{clock, convert, error::Error, operations::tiles};
@@ -52,14 +53,24 @@ pub(super) async fn run(shared: Arc<Shared>, map: MapId, mailbox: Arc<Mailbox>) 
 
 /// What versions come from, as they name it.
 const TRACKING: &str = "tracking";
+const IMPORT: &str = "import";
 
 /// A map's state and the tiles that the store already has.
 struct Work {
     state: MapState,
     saved: SavedTiles,
+    topologies: Topologies,
     /// No version is made before this place of the journal: the newest one tells that far already,
     /// and a map never goes back in time.
     quiet_until: JournalSeq,
+}
+
+impl Work {
+    /// Takes a snapshot.
+    fn draft(&mut self) -> Draft {
+        let topology = self.topologies.next(self.state.grid());
+        self.saved.draft(&mut self.state, topology)
+    }
 }
 
 /// What a stretch of computing left.
@@ -67,7 +78,8 @@ struct Advanced {
     work: Work,
     left: VecDeque<JournalEntry>,
     applied: Vec<Applied>,
-    draft: Option<Draft>,
+    /// What is to be saved, and what it comes from.
+    draft: Option<(Draft, &'static str)>,
     computing: Duration,
 }
 
@@ -161,8 +173,8 @@ impl Actor<'_> {
             let Advanced { work: advanced_work, left, applied, draft, computing } = advanced;
             (work, entries) = (advanced_work, left);
             self.tell(&applied, computing, entries.len());
-            if let Some(draft) = draft {
-                self.save(draft, TRACKING).await?;
+            if let Some((draft, origin)) = draft {
+                self.save(draft, origin).await?;
             }
         }
         Ok(work)
@@ -172,7 +184,8 @@ impl Actor<'_> {
     async fn replace(&mut self, work: Work, replacement: Replacement) -> Result<Work, Error> {
         let Replacement { state, done } = replacement;
         let reached = work.state.position();
-        let mut work = Work { state, saved: SavedTiles::default(), quiet_until: reached };
+        let saved = SavedTiles::default();
+        let mut work = Work { state, saved, topologies: work.topologies, quiet_until: reached };
         while work.state.position() < reached {
             let entries = self.read(work.state.position()).await?;
             work = self.map(work, entries).await?;
@@ -242,7 +255,13 @@ impl Actor<'_> {
         let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m)?;
         let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
         let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
-        Ok(Work { state, saved: SavedTiles::default(), quiet_until })
+        let topologies = self.topologies().await?;
+        Ok(Work { state, saved: SavedTiles::default(), topologies, quiet_until })
+    }
+
+    async fn topologies(&self) -> Result<Topologies, Error> {
+        let n_cells_max = self.shared.settings.topology_cells_max;
+        Topologies::restored(&self.shared.store, &self.record.id, n_cells_max).await
     }
 
     async fn last_saved(&self) -> Result<Option<Work>, Error> {
@@ -254,7 +273,8 @@ impl Actor<'_> {
         let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
         let position = saved.journal_seq;
         let state = checkpoint::restore(params, resolution_m, position, &saved.state, tiles)?;
-        Ok(Some(Work { state, saved: known, quiet_until: position }))
+        let topologies = self.topologies().await?;
+        Ok(Some(Work { state, saved: known, topologies, quiet_until: position }))
     }
 
     async fn read(&self, after: JournalSeq) -> Result<VecDeque<JournalEntry>, Error> {
@@ -273,7 +293,7 @@ impl Actor<'_> {
 
     async fn snapshot(&mut self, mut work: Work, origin: &'static str) -> Result<Work, Error> {
         let drafted = tokio::task::spawn_blocking(move || {
-            let draft = work.saved.draft(&mut work.state);
+            let draft = work.draft();
             (work, draft)
         });
         let (work, draft) = drafted.await.map_err(Error::internal)?;
@@ -313,15 +333,19 @@ fn advance(
 ) -> Result<Advanced, Error> {
     let begun = Instant::now();
     let mut applied = Vec::with_capacity(left.len());
-    let mut due = false;
-    while !due && let Some(entry) = left.pop_front() {
+    let mut due = None;
+    while due.is_none()
+        && let Some(entry) = left.pop_front()
+    {
         let done = work.state.apply(entry)?;
-        due = (done.ended || work.state.n_scans_since_snapshot() >= snapshot_scans)
-            && work.quiet_until <= work.state.position();
+        let origin = if done.imported { IMPORT } else { TRACKING };
+        let is_due =
+            done.ended || done.imported || work.state.n_scans_since_snapshot() >= snapshot_scans;
+        due = (is_due && work.quiet_until <= work.state.position()).then_some(origin);
         applied.push(done);
     }
     let computing = begun.elapsed();
-    let draft = due.then(|| work.saved.draft(&mut work.state));
+    let draft = due.map(|origin| (work.draft(), origin));
     Ok(Advanced { work, left, applied, draft, computing })
 }
 

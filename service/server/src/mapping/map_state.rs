@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use meetpoint_geometry::Pose;
+use meetpoint_occupancy::Grid;
 use meetpoint_proto::v1;
 use meetpoint_storage::{JournalEntry, JournalEvent, JournalSeq, PoseRecord, SessionId};
 use meetpoint_tracking::{Estimate, LiveMap, MappingParams, SessionConfig, SessionKey};
 use prost::Message;
 
-use crate::convert::{observation, pose, sensor, sensor::DeclaredSensor, session};
+use crate::convert::{import, observation, pose, sensor, sensor::DeclaredSensor, session};
 use crate::error::Error;
 
 /// A map as it grows.
@@ -65,6 +66,8 @@ pub(crate) struct Applied {
     pub(crate) advanced_ns: i64,
     /// A session ended: the map is complete as far as it is concerned.
     pub(crate) ended: bool,
+    /// A map that was made elsewhere was taken in.
+    pub(crate) imported: bool,
 }
 
 impl MapState {
@@ -83,6 +86,11 @@ impl MapState {
             position: JournalSeq(0),
             n_scans_since_snapshot: 0,
         })
+    }
+
+    /// The site's grid.
+    pub(super) fn grid(&self) -> &Grid {
+        self.site.grid()
     }
 
     /// The place in the journal up to which everything is in.
@@ -123,11 +131,24 @@ impl MapState {
             JournalEvent::SessionClosed { session } | JournalEvent::SessionFenced { session } => {
                 self.end(session)
             }
+            JournalEvent::MapImported { payload } => self.import(&payload)?,
             JournalEvent::VersionPublished { .. } | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;
         self.n_scans_since_snapshot += applied.n_scans;
         Ok(Applied { receive_time_ns, ..applied })
+    }
+
+    /// The site becomes the imported map. Sessions that are open draw on it from now on; by the
+    /// rules of importing none has drawn before.
+    fn import(&mut self, payload: &[u8]) -> Result<Applied, Error> {
+        let raster = import::recorded(payload)?.raster;
+        let tiles = Grid::from_raster(&raster);
+        let tiles = tiles.tiles().map(|(index, tile)| (index, tile.clone()));
+        let state = self.site.state_bytes();
+        self.site = LiveMap::restore(self.params, self.resolution_m, tiles, &state)
+            .map_err(|error| Error::internal(format!("a map's own state: {error:?}")))?;
+        Ok(Applied { imported: true, ..Applied::default() })
     }
 
     fn open(

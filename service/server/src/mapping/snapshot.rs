@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use meetpoint_occupancy::{Grid, Tile};
 use meetpoint_storage::{
-    ContentHash, JournalSeq, MapLease, NewPoses, NewSnapshot, NewTile, SessionId, TileKey,
-    TrajectoryOrigin,
+    ContentHash, JournalSeq, MapLease, NewPoses, NewSnapshot, NewTile, NewTopology, SessionId,
+    TileKey, TrajectoryOrigin,
 };
 
 use super::{checkpoint, map_state::MapState};
@@ -22,6 +22,7 @@ pub(super) struct Draft {
     bounds_m: Option<[f64; 4]>,
     state: Vec<u8>,
     tiles: Vec<NewTile>,
+    topology: Option<NewTopology>,
     poses: Vec<NewPoses>,
 }
 
@@ -32,8 +33,9 @@ impl SavedTiles {
         Self(saved.map(|((key, tile), hash)| (*key, (tile.clone(), *hash))).collect())
     }
 
-    /// Takes a snapshot of `state`, whose poses since the last one go with it.
-    pub(super) fn draft(&mut self, state: &mut MapState) -> Draft {
+    /// Takes a snapshot of `state`, whose poses since the last one go with it, with the topology of
+    /// its grid.
+    pub(super) fn draft(&mut self, state: &mut MapState, topology: Option<NewTopology>) -> Draft {
         let mut tiles = Vec::new();
         let mut saved = BTreeMap::new();
         let frames = std::iter::once((None, &state.site))
@@ -56,6 +58,7 @@ impl SavedTiles {
             bounds_m: bounds_m(state.site.grid()),
             state: checkpoint::to_bytes(state),
             tiles,
+            topology,
             poses: poses.collect(),
         }
     }
@@ -86,7 +89,7 @@ impl SavedTiles {
 impl Draft {
     /// The snapshot, to be saved under a lease.
     pub(super) fn into_snapshot(self, lease: MapLease, origin: &str, time_ns: i64) -> NewSnapshot {
-        let Self { journal_seq, n_scans, bounds_m, state, tiles, poses } = self;
+        let Self { journal_seq, n_scans, bounds_m, state, tiles, topology, poses } = self;
         NewSnapshot {
             map: lease.map.clone(),
             lease,
@@ -96,6 +99,7 @@ impl Draft {
             bounds_m,
             state,
             tiles,
+            topology,
             poses,
             time_ns,
         }

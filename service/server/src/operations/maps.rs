@@ -22,7 +22,7 @@ impl Service {
         let new = NewMap {
             id: MapId(slug::slug("map.id", &id)?),
             display_name: slug::text("map.display_name", &display_name, DISPLAY_NAME_LEN_MAX)?,
-            resolution_m: map::resolution_m(resolution_m)?,
+            resolution_m: map::resolution_or_default_m(resolution_m)?,
             time_ns: clock::now_ns(),
         };
         match self.store.create_map(&new).await {

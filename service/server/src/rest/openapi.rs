@@ -28,6 +28,7 @@ use super::problem::{PROBLEM_JSON, Problem};
     tags(
         (name = "maps", description = "Maps and their versions."),
         (name = "grids", description = "Occupancy of a map version: numbers, images, tiles."),
+        (name = "graphs", description = "Regions of a map version, and how they hang together."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),
@@ -105,7 +106,9 @@ fn meaning(status: u16) -> &'static str {
             "It is there already, is not in the state for this, or something is missing before it."
         }
         413 => "More was sent or asked for than is taken or given at once.",
-        415 => "The body is not declared as `application/json`.",
+        415 => {
+            "The body is not declared as what is taken: `application/json`, or a form for files."
+        }
         422 => "The Idempotency-Key was used for another request.",
         500 => "Not the caller's fault; the log knows more.",
         503 => "Busy or stopping: try again after `Retry-After` seconds.",

@@ -35,15 +35,23 @@ pub(crate) enum Refusal {
     /// The body cannot be parsed.
     #[error("the body is not JSON: {0}")]
     MalformedBody(String),
+    /// The body cannot be taken apart.
+    #[error("the body is not the form that is wanted: {0}")]
+    MalformedForm(String),
     /// The query's fields are not what they must be.
     #[error("query: {0}")]
     InvalidQuery(String),
     /// A part of the path is not what it must be.
     #[error("path: {0}")]
     InvalidPath(String),
-    /// The body is declared as something else than JSON.
-    #[error("the body's content type is `{0}`, `application/json` is taken")]
-    UnsupportedMediaType(String),
+    /// The body is declared as something else than what is taken.
+    #[error("the body's content type is `{stated}`, `{taken}` is taken")]
+    UnsupportedMediaType {
+        /// What the request says.
+        stated: String,
+        /// What it must say.
+        taken: &'static str,
+    },
     /// The body is larger than is taken.
     #[error("the body has more than {limit_bytes} bytes, which is the limit")]
     BodyTooLarge {
@@ -76,10 +84,12 @@ impl Refusal {
             Self::Service(error) => (status(error.code()).0, error.reason()),
             Self::RouteNotFound(_) => (status(Code::NotFound).0, "ROUTE_NOT_FOUND"),
             Self::MethodNotAllowed(_) => (StatusCode::METHOD_NOT_ALLOWED, "METHOD_NOT_ALLOWED"),
-            Self::MalformedBody(_) => (status(Code::Invalid).0, "MALFORMED_BODY"),
+            Self::MalformedBody(_) | Self::MalformedForm(_) => {
+                (status(Code::Invalid).0, "MALFORMED_BODY")
+            }
             Self::InvalidQuery(_) => (status(Code::Invalid).0, "INVALID_QUERY"),
             Self::InvalidPath(_) => (status(Code::Invalid).0, "INVALID_PATH"),
-            Self::UnsupportedMediaType(_) => {
+            Self::UnsupportedMediaType { .. } => {
                 (StatusCode::UNSUPPORTED_MEDIA_TYPE, "UNSUPPORTED_MEDIA_TYPE")
             }
             Self::BodyTooLarge { .. } => (status(Code::TooLarge).0, "MESSAGE_TOO_LARGE"),

@@ -42,7 +42,7 @@ impl<T: DeserializeOwned + Send + 'static> FromRequest<Rest> for JsonBody<T> {
 
 /// The body, if it is not too large. One that is gets read on for a while and thrown away, so that
 /// its sender finds the refusal and not a broken pipe.
-async fn whole_body(body: Body, limit_bytes: usize) -> Result<Vec<u8>, Refusal> {
+pub(super) async fn whole_body(body: Body, limit_bytes: usize) -> Result<Vec<u8>, Refusal> {
     let mut pieces = body.into_data_stream();
     let mut bytes = Vec::new();
     let mut n_bytes = 0_usize;
@@ -69,7 +69,8 @@ fn check_content_type(request: &Request) -> Result<(), Refusal> {
     if is_json {
         return Ok(());
     }
-    Err(Refusal::UnsupportedMediaType(stated.chars().take(100).collect()))
+    let stated = stated.chars().take(100).collect();
+    Err(Refusal::UnsupportedMediaType { stated, taken: "application/json" })
 }
 
 fn parsed<T: DeserializeOwned>(bytes: &[u8]) -> Result<JsonBody<T>, Refusal> {
