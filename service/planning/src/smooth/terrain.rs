@@ -31,23 +31,19 @@ impl Terrain<'_> {
     }
 }
 
-/// Mean weight along a segment, in parts of [`WEIGHT_ONE`]. Cells that cannot be entered, which a
-/// segment may clip, have the weight of those before them.
+/// Mean weight along a segment, in parts of [`WEIGHT_ONE`].
 fn mean_weight(space: &Space, a: Point2<f64>, b: Point2<f64>) -> f64 {
-    let info = space.info();
     let along = b - a;
     let (mut share, mut sum) = (0.0, 0.0);
-    let mut weight = WEIGHT_ONE;
     while share < 1.0 {
         let here = a + along * share;
         let next = next_border([here.x, here.y], [along.x, along.y]);
         let until = (share + next).min(1.0);
         let middle = a + along * f64::midpoint(share, until);
-        weight = weight_at(space, middle, info.width).unwrap_or(weight);
-        sum += (until - share) * f64::from(weight);
+        sum += (until - share) * f64::from(weight_at(space, middle));
         share = until;
     }
-    if sum == 0.0 { 1.0 } else { sum / f64::from(WEIGHT_ONE) }
+    sum / f64::from(WEIGHT_ONE)
 }
 
 /// How far along a segment the next border of a cell is, as a share of the segment.
@@ -61,10 +57,22 @@ fn next_border(here: [f64; 2], along: [f64; 2]) -> f64 {
     axis(here[0], along[0]).min(axis(here[1], along[1]))
 }
 
-/// Weight of the cell that holds a point; `None` outside and where none can be entered.
+/// Weight of the cell that holds a point. A cell that cannot be entered, which a straight way may
+/// clip, weighs as much as the heaviest one around it.
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
-fn weight_at(space: &Space, point: Point2<f64>, width: u32) -> Option<u8> {
-    let index = point.y as usize * width as usize + point.x as usize;
-    let is_inside = index < space.info().n_cells();
-    is_inside.then(|| space.weight(index)).filter(|&weight| 0 < weight)
+fn weight_at(space: &Space, point: Point2<f64>) -> u8 {
+    let info = space.info();
+    let (width, height) = (info.width as usize, info.height as usize);
+    let (x, y) = (point.x as usize, point.y as usize);
+    if width <= x || height <= y {
+        return u8::MAX;
+    }
+    let weight = space.weight(y * width + x);
+    if 0 < weight {
+        return weight;
+    }
+    let rows = y.saturating_sub(1)..(y + 2).min(height);
+    let columns = x.saturating_sub(1)..(x + 2).min(width);
+    let around = rows.flat_map(|y| columns.clone().map(move |x| space.weight(y * width + x)));
+    around.max().filter(|&weight| 0 < weight).unwrap_or(u8::MAX)
 }
