@@ -104,6 +104,9 @@ fn measure(path: &Path, n_pairs: usize, radius_m: f64) -> Result<(), Box<dyn Err
         };
         let mut pull = || smooth(&passage, cells.iter().copied(), &mut scratch);
         let found = pull();
+        if found.clearance_min_m < radius_m {
+            return Err(format!("{} m from an obstacle", found.clearance_min_m).into());
+        }
         let mut times: Vec<f64> = (0..N_RUNS).map(|_| micros(&mut pull)).collect();
         times.sort_by(f64::total_cmp);
         let micros = times[N_RUNS / 2];

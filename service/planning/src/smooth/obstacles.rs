@@ -6,7 +6,9 @@
 //!
 //! A row of cells meets the stadium of radius r around the segment in one run of columns, whose
 //! ends are known in closed form; 64 cells of the run are looked at at once. Rows or columns are
-//! taken, of which the stadium covers fewer. Two bits a cell. Time O(rows + cells / 64).
+//! taken, of which the stadium covers fewer, in bands first. 2.25 bits a cell. Time O(rows + cells / 64).
+
+use std::ops::Range;
 
 use meetpoint_geometry::{GridInfo, Point2};
 use meetpoint_topology::FreeSpace;
@@ -45,7 +47,10 @@ impl Obstacles {
 
     /// Memory that this takes, in bytes.
     pub fn n_bytes(&self) -> usize {
-        (self.rows.words.len() + self.columns.words.len()) * size_of::<u64>()
+        [&self.rows, &self.columns]
+            .map(|bits| (bits.words.len() + bits.bands.len()) * size_of::<u64>())
+            .iter()
+            .sum()
     }
 
     /// A point of the map, in metres, in cells.
@@ -64,10 +69,9 @@ impl Obstacles {
         let (bits, turned) = self.along((b.x - a.x).abs(), (b.y - a.y).abs());
         let [a, b] = [a, b].map(|point| if turned { point.yx() } else { point });
         let stadium = Stadium::new(a, b, radius);
-        bits.rows_between(stadium.heights()).all(|row| {
-            let [left, right] = stadium.reach(row as f64);
-            !bits.any(row, left, right)
-        })
+        let reach = |heights| stadium.reach(heights);
+        let mut runs = bits.runs(bits.rows_between(stadium.heights()), &reach);
+        !runs.any(|(row, [left, right])| bits.any(row, left, right))
     }
 
     /// From the segment to the nearest obstacle, or `distance_max` if that is less; all in cells.
@@ -81,7 +85,7 @@ impl Obstacles {
             if high < row as f64 || row as f64 + 1.0 < low {
                 continue;
             }
-            let [left, right] = stadium.reach(row as f64);
+            let [left, right] = stadium.reach([row as f64, row as f64 + 1.0]);
             let middle = stadium.nearest_column(row as f64);
             let beside = [bits.last(row, left, middle), bits.first(row, middle, right)];
             for column in beside.into_iter().flatten() {
@@ -115,19 +119,21 @@ impl Obstacles {
         let heights = sides.each_ref().map(Stadium::heights);
         let low = heights[0][0].min(heights[1][0]).min(heights[2][0]);
         let high = heights[0][1].max(heights[1][1]).max(heights[2][1]);
-        for row in bits.rows_between([low, high]) {
-            let bottom = row as f64;
+        let reach = |[bottom, top]: [f64; 2]| {
             let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
             for (side, [low, high]) in sides.iter().zip(heights) {
-                if low <= bottom + 1.0 && bottom <= high {
-                    let [side_left, side_right] = side.reach(bottom);
+                if low <= top && bottom <= high {
+                    let [side_left, side_right] = side.reach([bottom, top]);
                     (left, right) = (left.min(side_left), right.max(side_right));
                 }
             }
+            [left, right]
+        };
+        for (row, [left, right]) in bits.runs(bits.rows_between([low, high]), &reach) {
             let Some(first) = bits.first(row, left, right) else { continue };
             let last = bits.last(row, left, right).unwrap_or(first);
             for column in [first as f64, last as f64 + 1.0] {
-                for height in [bottom, bottom + 1.0] {
+                for height in [row as f64, row as f64 + 1.0] {
                     let corner = Point2::new(column, height);
                     corners.push(if turned { corner.yx() } else { corner });
                 }
@@ -167,6 +173,9 @@ fn meets(a: f64, b: f64, low: f64) -> bool {
     a.min(b) < low + 1.0 && low < a.max(b)
 }
 
+/// Rows of a band: 8 take a quarter off the time of a path on real plans.
+const N_ROWS_A_BAND: usize = 8;
+
 /// Rows of bits.
 #[derive(Clone, Debug)]
 struct Bits {
@@ -174,35 +183,71 @@ struct Bits {
     height: usize,
     words_a_row: usize,
     words: Vec<u64>,
+    /// Bits that are set in any row of a band, band by band.
+    bands: Vec<u64>,
 }
 
 impl Bits {
     fn new(width: usize, height: usize) -> Self {
         let words_a_row = width.div_ceil(64);
-        Self { width, height, words_a_row, words: vec![0; words_a_row * height] }
+        let bands = vec![0; words_a_row * height.div_ceil(N_ROWS_A_BAND)];
+        Self { width, height, words_a_row, words: vec![0; words_a_row * height], bands }
     }
 
     fn set(&mut self, column: usize, row: usize) {
         self.words[row * self.words_a_row + column / 64] |= 1 << (column % 64);
+        let band = row / N_ROWS_A_BAND;
+        self.bands[band * self.words_a_row + column / 64] |= 1 << (column % 64);
+    }
+
+    /// Rows of a range and what `reach` tells of each, without bands where it meets no bit.
+    fn runs(
+        &self,
+        rows: Range<usize>,
+        reach: &impl Fn([f64; 2]) -> [f64; 2],
+    ) -> impl Iterator<Item = (usize, [f64; 2])> {
+        let bands = rows.start / N_ROWS_A_BAND..rows.end.div_ceil(N_ROWS_A_BAND);
+        let of_band = move |band: usize| {
+            let first = (band * N_ROWS_A_BAND).max(rows.start);
+            first..((band + 1) * N_ROWS_A_BAND).min(rows.end)
+        };
+        let is_met = |&(band, ref rows): &(usize, Range<usize>)| {
+            let [left, right] = reach([rows.start as f64, rows.end as f64]);
+            self.is_any(&self.bands, band, [left, right])
+        };
+        bands
+            .map(move |band| (band, of_band(band)))
+            .filter(is_met)
+            .flat_map(|(_, rows)| rows)
+            .map(|row| (row, reach([row as f64, row as f64 + 1.0])))
     }
 
     /// Rows that lie between two heights, at least in part.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
-    fn rows_between(&self, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
+    fn rows_between(&self, [low, high]: [f64; 2]) -> Range<usize> {
         (low as usize)..((high as usize).saturating_add(1).min(self.height))
     }
 
-    /// First and last column of what lies between two places, and the row's words.
+    /// First and last column of what lies between two places; `None` if nothing does.
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturating")]
-    fn run(&self, row: usize, left: f64, right: f64) -> Option<(usize, usize, &[u64])> {
+    fn columns(&self, left: f64, right: f64) -> Option<(usize, usize)> {
         let (first, last) = (left as usize, (right as usize).min(self.width.wrapping_sub(1)));
-        let words = &self.words[row * self.words_a_row..][..self.words_a_row];
-        (first <= last && 0.0 <= right).then_some((first, last, words))
+        (first <= last && 0.0 <= right).then_some((first, last))
+    }
+
+    fn row(&self, row: usize) -> &[u64] {
+        &self.words[row * self.words_a_row..][..self.words_a_row]
     }
 
     /// Whether a bit is set of what lies between two places.
     fn any(&self, row: usize, left: f64, right: f64) -> bool {
-        let Some((first, last, words)) = self.run(row, left, right) else { return false };
+        self.is_any(&self.words, row, [left, right])
+    }
+
+    /// The same of rows or bands.
+    fn is_any(&self, words: &[u64], row: usize, [left, right]: [f64; 2]) -> bool {
+        let Some((first, last)) = self.columns(left, right) else { return false };
+        let words = &words[row * self.words_a_row..][..self.words_a_row];
         let (from, to) = (first / 64, last / 64);
         let (head, tail) = (u64::MAX << (first % 64), u64::MAX >> (63 - last % 64));
         if from == to {
@@ -215,7 +260,8 @@ impl Bits {
 
     /// The first column of what lies between two places whose bit is set.
     fn first(&self, row: usize, left: f64, right: f64) -> Option<usize> {
-        let (first, last, words) = self.run(row, left, right)?;
+        let (first, last) = self.columns(left, right)?;
+        let words = self.row(row);
         let mut mask = u64::MAX << (first % 64);
         for (at, word) in (first / 64..).zip(&words[first / 64..=last / 64]) {
             let word = word & mask;
@@ -230,7 +276,8 @@ impl Bits {
 
     /// The last one.
     fn last(&self, row: usize, left: f64, right: f64) -> Option<usize> {
-        let (first, last, words) = self.run(row, left, right)?;
+        let (first, last) = self.columns(left, right)?;
+        let words = self.row(row);
         let mut mask = u64::MAX >> (63 - last % 64);
         for at in (first / 64..=last / 64).rev() {
             let word = words[at] & mask;

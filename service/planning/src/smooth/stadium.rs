@@ -37,11 +37,10 @@ impl Stadium {
         [self.low.y - self.radius, self.high.y + self.radius]
     }
 
-    /// How far left and right it reaches between the heights `bottom` and `bottom + 1`, which it
-    /// must not lie above or below.
+    /// How far left and right it reaches between two heights, which it must not lie above or below.
     #[inline]
-    pub(crate) fn reach(&self, bottom: f64) -> [f64; 2] {
-        let [left, right] = self.outermost.map(|height| height.max(bottom).min(bottom + 1.0));
+    pub(crate) fn reach(&self, [bottom, top]: [f64; 2]) -> [f64; 2] {
+        let [left, right] = self.outermost.map(|height| height.max(bottom).min(top));
         [self.edge(-1.0, left), self.edge(1.0, right)]
     }
 
