@@ -73,7 +73,7 @@ impl GateCosts {
     }
 
     /// With other cliques: equal to costs made afresh, but only what the difference reaches is
-    /// computed again. Tells for every gate whether its row changed.
+    /// computed again. Tells for every gate whether its costs changed.
     pub(crate) fn with_cliques(
         &self,
         hierarchy: &Hierarchy,
@@ -84,20 +84,17 @@ impl GateCosts {
         for &gate in &hierarchy.order {
             if costs.may_differ(self, hierarchy, gate, &is_changed) {
                 let up = costs.upward(hierarchy, gate);
-                is_changed[gate] = up != *self.up[gate];
-                if is_changed[gate] {
-                    costs.up[gate] = Arc::new(up);
-                }
+                // Where only the way changed, nothing that is made from the costs does.
+                is_changed[gate] = up.costs != self.up[gate].costs;
+                costs.up[gate] = Arc::new(up);
             }
         }
         for &gate in hierarchy.order.iter().rev() {
             let above = || hierarchy.ancestors(gate).any(|ancestor| is_changed[ancestor]);
             if is_changed[gate] || above() {
                 let all = costs.downward(hierarchy, gate);
-                is_changed[gate] = all != *self.all[gate];
-                if is_changed[gate] {
-                    costs.all[gate] = Arc::new(all);
-                }
+                is_changed[gate] = all.costs != self.all[gate].costs;
+                costs.all[gate] = Arc::new(all);
             }
         }
         (costs, is_changed)

@@ -100,16 +100,16 @@ impl Plans {
             .map(|(here, there)| self.exits.of(here.region(), there.region()));
         let is_round = from.region() == to.region();
         let (from, to) = (End::new(self, from), End::new(self, to));
-        if is_round {
-            // Out of a region and back in: any door may be the best.
+        let ([Some(exits), Some(entries)], false) = (exits, is_round) else {
+            // Out of a region and back in, any door may be the best.
             let doors = |end: &End| 0..end.doors.len();
             return self.each_bounded(&from, &to, [doors(&from), doors(&to)], visit);
-        }
-        if let [[first], [last]] = exits {
+        };
+        if let ([first], [last]) = (exits, entries) {
             visit(&from.approach(usize::from(*first)), &to.approach(usize::from(*last)));
             return;
         }
-        let doors = exits.map(|doors| doors.iter().map(|&door| usize::from(door)));
+        let doors = [exits, entries].map(|doors| doors.iter().map(|&door| usize::from(door)));
         self.each_bounded(&from, &to, doors, visit);
     }
 

@@ -158,6 +158,11 @@ impl PairCosts {
         (least, is_other)
     }
 
+    /// Whether costs between all nodes are kept.
+    pub(crate) fn has_blocks(&self) -> bool {
+        !self.blocks.is_empty()
+    }
+
     pub(crate) fn of(&self, a: usize, b: usize) -> PairBound {
         self.bounds[a * self.n_before.len() + b]
     }

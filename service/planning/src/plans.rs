@@ -164,10 +164,9 @@ impl Plans {
         let (pairs, changed) = self.pairs.with_changes(&layout.hierarchy, &gate_costs, &is_changed);
         let sources =
             Sources { hierarchy: &layout.hierarchy, pairs: &pairs, cliques: gate_costs.cliques() };
-        let is_new = |region: usize| {
-            !Arc::ptr_eq(&gate_costs.cliques()[region], &self.gate_costs.cliques()[region])
-        };
-        let exits = Arc::new(self.exits.with_changes(&sources, is_new, |a, b| changed.of(a, b)));
+        let before = self.gate_costs.cliques();
+        let exits = self.exits.with_changes(&sources, before, |a, b| changed.of(a, b));
+        let exits = Arc::new(exits);
         let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
         let door_tolls = layout.door_tolls(&tolls);
         let pair_bytes_max = self.pair_bytes_max;
