@@ -81,6 +81,28 @@ impl Plans {
         Some(GridPath { route, cells })
     }
 
+    /// The cell that a best path from one cell to another goes to next: a look-up, as every motion
+    /// of a robot that follows it. `None` at the goal, and where there is no way.
+    pub fn next_cell(&self, from: usize, to: usize, scratch: &mut Scratch) -> Option<usize> {
+        let (start, goal) = (self.place(from)?, self.place(to)?);
+        if from == to {
+            return None;
+        }
+        if start.region() == goal.region() {
+            let path = self.path(from, to, scratch)?;
+            return path.cells.get(1).map(|&cell| cell as usize);
+        }
+        let first = self.meeting(start, goal)?.first;
+        let towards = self.goal(start.region(), first)?;
+        if from == towards.cell {
+            // On the gate already: its own gate's cells are next, or those of the leg beyond.
+            let path = self.path(from, to, scratch)?;
+            return path.cells.get(1).map(|&cell| cell as usize);
+        }
+        let step = self.best_step(&towards, from, self.onward(&towards, from), 0)?;
+        Some(self.space.neighbor(from, step))
+    }
+
     /// The cells of a leg but its first, appended.
     fn walk_leg(&self, leg: &Leg, cells: &mut Vec<u32>) {
         let region = leg.region as usize;
