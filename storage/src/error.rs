@@ -67,6 +67,14 @@ pub enum Error {
         /// Edge of its cells, in metres.
         resolution_m: f64,
     },
+    /// The costs of the map were changed by somebody else meanwhile.
+    #[error("the costs of map `{map}` are at revision {revision} by now")]
+    CostsChanged {
+        /// The map.
+        map: MapId,
+        /// Its revision.
+        revision: u64,
+    },
     /// Poses were to be put behind the end of a trajectory.
     #[error("session {session} has {n_poses} poses, the next cannot have index {first_index}")]
     TrajectoryGap {

@@ -19,6 +19,7 @@ pub(crate) enum Kind {
     SessionFenced = 6,
     VersionPublished = 7,
     MapImported = 8,
+    CostDecided = 9,
 }
 
 /// Something that happened, with its place in the journal.
@@ -84,6 +85,11 @@ pub enum JournalEvent {
     /// A map that was made elsewhere became this one.
     MapImported {
         /// What was imported, opaque.
+        payload: Vec<u8>,
+    },
+    /// Something was closed, priced, drawn or taken back on top of the map.
+    CostDecided {
+        /// What was decided, opaque.
         payload: Vec<u8>,
     },
 }
@@ -329,6 +335,7 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         Kind::SessionClosed => JournalEvent::SessionClosed { session: session(&row)? },
         Kind::SessionFenced => JournalEvent::SessionFenced { session: session(&row)? },
         Kind::MapImported => JournalEvent::MapImported { payload: payload(row, "an import")? },
+        Kind::CostDecided => JournalEvent::CostDecided { payload: payload(row, "a cost")? },
     };
     Ok(JournalEntry { seq, receive_time_ns, event })
 }

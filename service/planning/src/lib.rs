@@ -1,5 +1,6 @@
 //! Paths by look-up: plan tables over the regions of a map.
 
+mod along;
 mod cost;
 mod exits;
 mod final_goal;
@@ -18,14 +19,18 @@ mod reachable;
 mod region_table;
 mod route;
 mod search;
+mod shape;
 mod smooth;
 mod space;
+mod tolls;
 mod topological;
 mod trip;
 mod triplets;
 mod walk;
 mod wave;
+mod weights;
 
+pub use along::{Stretch, stretches};
 pub use cost::{Cost, DIAGONAL, STRAIGHT, UNREACHABLE, WEIGHT_ONE, length_cells};
 pub use final_goal::FinalGoalPlan;
 pub use footprint::enterable;
@@ -37,9 +42,12 @@ pub use plans::{ArcCost, Plans, Size};
 pub use reachable::{ComponentIndex, Components, ReachableArea, components, reachable_area};
 pub use route::{GateIndex, Route, RouteStep};
 pub use search::Search;
+pub use shape::{Shape, cells_inside};
 pub use smooth::{Obstacles, Passage, SmoothPath, SmoothScratch, smooth};
 pub use space::{InvalidSpace, Space};
+pub use tolls::{TolledSearch, Tolls};
 pub use topological::{TopologicalPlans, backups};
 pub use trip::Trip;
 pub use triplets::TripletPlans;
 pub use walk::GridPath;
+pub use weights::WeightParams;

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use std::sync::Arc;
 
 use meetpoint_geometry::{Cell, GridFrame, GridInfo, Point2};
-use meetpoint_planning::{ArcCost, Cost, Plans, Scratch, Space, UNREACHABLE};
+use meetpoint_planning::{ArcCost, Cost, Plans, Scratch, Space, TolledSearch, Tolls, UNREACHABLE};
 use meetpoint_topology::{Crossing, FreeSpace, Partition, Region, TopologicalGraph, partition};
 use proptest::prelude::*;
 
@@ -282,6 +282,31 @@ proptest! {
         let made = Made { space, ..made };
         for plans in changed {
             check(&plans, &Steps::new(&made, &arcs), seed)?;
+        }
+    }
+
+    /// So does a search without tables.
+    #[test]
+    fn search_with_tolls_equals_dijkstra(world in worlds(), seed in 0..1000_usize) {
+        let made = world.made();
+        let arcs = world.arc_costs(&made.graph);
+        let (space, steps) = (&*made.space, Steps::new(&made, &arcs));
+        let tolls = Tolls::new(space, &made.partition, &made.graph, &arcs);
+        let (mut search, mut flood) = (TolledSearch::default(), TolledSearch::default());
+        let start = seed % space.info().n_cells();
+        let costs = steps.costs_from(start);
+        flood.flood(space, &tolls, start, Cost::MAX);
+        for goal in 0..space.info().n_cells() {
+            prop_assert_eq!(flood.cost(goal), costs[goal], "from {} to {}", start, goal);
+            let cost = search.between(space, &tolls, start, goal);
+            prop_assert_eq!(cost.unwrap_or(UNREACHABLE), costs[goal], "to {} alone", goal);
+            let path = search.path(space, &tolls, goal);
+            prop_assert_eq!(path.is_empty(), cost.is_none(), "a path where there is a cost");
+            if cost.is_some() {
+                prop_assert_eq!(path.first().map(|&cell| cell as usize), Some(start), "start");
+                prop_assert_eq!(path.last().map(|&cell| cell as usize), Some(goal), "goal");
+                prop_assert_eq!(steps.cost_of_path(&path), cost, "legal, and as long");
+            }
         }
     }
 }

@@ -8,6 +8,7 @@ mod inside;
 mod nearest;
 mod reachable;
 mod search;
+mod shape;
 mod smooth;
 mod squares;
 mod topological;
