@@ -132,7 +132,9 @@ impl MapState {
                 self.end(session)
             }
             JournalEvent::MapImported { payload } => self.import(&payload)?,
-            JournalEvent::VersionPublished { .. } | JournalEvent::MapCreated => Applied::default(),
+            JournalEvent::VersionPublished { .. }
+            | JournalEvent::CostDecided { .. }
+            | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;
         self.n_scans_since_snapshot += applied.n_scans;
