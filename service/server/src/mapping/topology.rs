@@ -113,3 +113,55 @@ fn ended(topology: &Topology, becoming: Vec<Becoming>) -> Vec<EndedRegion> {
     };
     becoming.into_iter().filter(is_gone).map(record).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use meetpoint_geometry::{Cell, GridFrame, GridInfo};
+    use meetpoint_occupancy::Raster;
+
+    use super::*;
+
+    /// Two rooms of 3 m by 3 m, with a wall between them or without.
+    fn rooms(has_wall: bool) -> Grid {
+        let frame = GridFrame::new(0.1).expect("a length");
+        let info = GridInfo { frame, first: Cell { x: -5, y: 7 }, width: 63, height: 32 };
+        let is_wall = |index: usize| {
+            let (x, y) = (index % 63, index / 63);
+            x == 0 || y == 0 || x == 62 || y == 31 || (has_wall && x == 31)
+        };
+        let cells = 0..info.n_cells();
+        let log_odds = cells.map(|index| if is_wall(index) { 2.0 } else { -2.0 }).collect();
+        Grid::from_raster(&Raster { info, log_odds })
+    }
+
+    fn none_yet() -> Topologies {
+        let counters = Counters { next_region: ID_FIRST, next_arc: ID_FIRST };
+        Topologies { n_cells_max: 63 * 32, counters, newest: None, segmentation: None }
+    }
+
+    #[test]
+    fn a_wall_goes_and_a_region_ends() {
+        let mut topologies = none_yet();
+        let first = topologies.next(&rooms(true)).expect("it is small enough");
+        assert_eq!((first.next_ids.region, first.ended.len()), (3, 0), "two rooms");
+        let same = topologies.next(&rooms(true)).expect("it is small enough");
+        assert_eq!((same.hash, same.bytes), (first.hash, None), "stored once");
+        let joined = topologies.next(&rooms(false)).expect("it is small enough");
+        let [ended] = joined.ended.as_slice() else { panic!("one of two: {joined:?}") };
+        let [(heir, n_cells)] = ended.heirs.as_slice() else { panic!("one heir: {ended:?}") };
+        assert_eq!((ended.region + heir, *n_cells), (3, 900), "the other has all of it");
+    }
+
+    #[test]
+    fn what_is_too_large_or_empty_is_left_out_and_ids_go_on() {
+        let mut topologies = none_yet();
+        topologies.next(&rooms(true)).expect("it is small enough");
+        let frame = GridFrame::new(0.1).expect("a length");
+        assert!(topologies.next(&Grid::new(frame)).is_none(), "nothing was observed");
+        topologies.n_cells_max -= 1;
+        assert!(topologies.next(&rooms(true)).is_none(), "a cell too many");
+        topologies.n_cells_max += 1;
+        let again = topologies.next(&rooms(true)).expect("it is small enough");
+        assert_eq!((again.next_ids.region, again.ended.len()), (3, 0), "the same rooms");
+    }
+}

@@ -154,7 +154,14 @@ pub(super) async fn import_map(
     let limit_bytes = rest.service.settings.limits.import_bytes_max;
     let boundary = boundary(&request)?;
     let body = whole_body(request.into_body(), limit_bytes.saturating_add(FORM_BYTES));
-    let files = files(in_time(body).await?, boundary).await?;
+    let body = in_time(body).await.map_err(|refusal| match refusal {
+        Refusal::BodyTooLarge { .. } => Refusal::BodyTooLarge { limit_bytes },
+        other => other,
+    })?;
+    // Off the async threads: a form may have 64 MB.
+    let handle = tokio::runtime::Handle::current();
+    let taken = tokio::task::spawn_blocking(move || handle.block_on(files(body, boundary)));
+    let files = taken.await.map_err(Error::internal)??;
     let reply = MapImport::new(rest.service.import_map(slot, &map, files).await?)?;
     let status = if reply.already_imported { StatusCode::OK } else { StatusCode::CREATED };
     let location = reply.map_version.as_ref().map(|Unsigned64(number)| {
