@@ -1,7 +1,7 @@
 //! `meetpoint graph`: a map's regions and arcs as a table, a picture, GeoJSON or JSON.
 
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use meetpoint_proto::v1;
 
@@ -55,7 +55,7 @@ enum Format {
 /// # Errors
 /// If there is none, or it cannot be written.
 pub async fn run(args: GraphArgs) -> anyhow::Result<()> {
-    let format = args.out.as_ref().map(format_of).transpose()?;
+    let format = args.out.as_deref().map(format_of).transpose()?;
     let client = args.server.client()?;
     let pruning = match args.pruned {
         Pruned::None => v1::GraphPruning::Unspecified,
@@ -76,14 +76,14 @@ pub async fn run(args: GraphArgs) -> anyhow::Result<()> {
         save(path, &bytes)?;
     }
     if args.server.json {
-        println!("{}", summary(&graph, args.out.as_ref()));
+        println!("{}", summary(&graph, args.out.as_deref()));
     } else if args.out.as_ref().is_none_or(|path| path.as_os_str() != "-") {
         table(&graph);
     }
     Ok(())
 }
 
-fn format_of(path: &PathBuf) -> anyhow::Result<Format> {
+fn format_of(path: &Path) -> anyhow::Result<Format> {
     match path.extension().and_then(|extension| extension.to_str()) {
         Some("png") => Ok(Format::Png),
         Some("geojson") => Ok(Format::Geojson),
@@ -92,7 +92,7 @@ fn format_of(path: &PathBuf) -> anyhow::Result<Format> {
     }
 }
 
-fn summary(graph: &v1::Graph, out: Option<&PathBuf>) -> serde_json::Value {
+fn summary(graph: &v1::Graph, out: Option<&Path>) -> serde_json::Value {
     serde_json::json!({
         "map": graph.map,
         "map_version": graph.map_version,
@@ -118,15 +118,18 @@ fn area_m2(graph: &v1::Graph) -> f64 {
     graph.regions.iter().map(|region| region.area_m2).sum()
 }
 
-/// A line a region: where it is, and which ways lead where.
+/// A line a region: where it is, and which ways lead to other places.
 fn table(graph: &v1::Graph) {
+    let places = places(graph);
+    let is_place = |id: u64| places.iter().any(|region| region.id == id);
     let mut ways: BTreeMap<u64, Vec<String>> = BTreeMap::new();
     for &v1::Arc { region_a, region_b, width_m, .. } in &graph.arcs {
         for [from, to] in [[region_a, region_b], [region_b, region_a]] {
-            ways.entry(from).or_default().push(format!("{to} ({width_m:.2} m)"));
+            if is_place(to) {
+                ways.entry(from).or_default().push(format!("{to} ({width_m:.2} m)"));
+            }
         }
     }
-    let places = places(graph);
     println!(
         "map {}, version {}: {} regions and {} arcs, {:.0} m2 free, {} specks",
         graph.map,

@@ -31,7 +31,7 @@ pub(super) fn png(raster: &Raster, graph: &v1::Graph) -> anyhow::Result<Vec<u8>>
         let ends = [arc.line_from, arc.line_to].map(|end| canvas.pixel(end));
         canvas.line(ends, CRITICAL_LINE, 1);
     }
-    let node = |id: u64| graph.regions.iter().find(|region| region.id == id);
+    let node = |id: u64| graph.regions.iter().find(|region| region.id == id && !region.is_speck);
     for arc in &graph.arcs {
         let way = canvas.pixel(arc.position);
         for region in [arc.region_a, arc.region_b].into_iter().filter_map(node) {

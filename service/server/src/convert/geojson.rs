@@ -46,13 +46,13 @@ pub(crate) fn pruning_name(pruning: v1::GraphPruning) -> &'static str {
 fn polygon(region: &v1::Region) -> Value {
     let rings: Vec<Value> = region.outline.iter().map(ring).collect();
     let geometry = json!({ "type": "Polygon", "coordinates": rings });
-    feature(&format!("region/{}", region.id), attributes("region", region), &geometry)
+    feature(&format!("region/{}", region.id), &attributes("region", region), &geometry)
 }
 
 fn center(region: &v1::Region) -> Value {
     let at = region.center.unwrap_or_default();
     let geometry = json!({ "type": "Point", "coordinates": position(&at) });
-    feature(&format!("center/{}", region.id), attributes("center", region), &geometry)
+    feature(&format!("center/{}", region.id), &attributes("center", region), &geometry)
 }
 
 fn attributes(kind: &str, region: &v1::Region) -> Map<String, Value> {
@@ -80,10 +80,10 @@ fn line(arc: &v1::Arc) -> Value {
         ("length_m", json!(length_m)),
     ]);
     let geometry = json!({ "type": "LineString", "coordinates": ends });
-    feature(&format!("arc/{id}"), properties, &geometry)
+    feature(&format!("arc/{id}"), &properties, &geometry)
 }
 
-fn feature(id: &str, properties: Map<String, Value>, geometry: &Value) -> Value {
+fn feature(id: &str, properties: &Map<String, Value>, geometry: &Value) -> Value {
     json!({ "type": "Feature", "id": id, "properties": properties, "geometry": geometry })
 }
 

@@ -23,14 +23,14 @@ pub(crate) const YAML_BYTES_MAX: usize = 65536;
 
 /// The right to be one of the few imports under way. Held while files are collected.
 pub(crate) struct ImportSlot {
-    _permit: OwnedSemaphorePermit,
+    permit: OwnedSemaphorePermit,
 }
 
 impl Service {
     /// Waits until another import may be under way.
     pub(crate) async fn import_slot(&self) -> Result<ImportSlot, Error> {
         let permit = self.importing.clone().acquire_owned().await;
-        permit.map(|_permit| ImportSlot { _permit }).map_err(|_| Error::Stopping)
+        permit.map(|permit| ImportSlot { permit }).map_err(|_| Error::Stopping)
     }
 
     /// Checks that so many bytes of files may be taken.
@@ -45,7 +45,7 @@ impl Service {
     /// Records a map's files and waits for the version that they become.
     pub(crate) async fn import_map(
         &self,
-        _slot: ImportSlot,
+        slot: ImportSlot,
         id: &str,
         files: v1::MapServerFiles,
     ) -> Result<v1::ImportMapResponse, Error> {
@@ -59,6 +59,8 @@ impl Service {
         let read = tokio::task::spawn_blocking(move || checked(&files, id, n_cells_max));
         let (new, cells, warnings) = read.await.map_err(Error::internal)??;
         let recorded = self.store.import_map(&new).await?;
+        // What follows takes no memory.
+        drop((new, slot.permit));
         let id = recorded.map.id;
         if recorded.is_new {
             self.actors.wake(&id);
