@@ -67,7 +67,8 @@ impl Waiting {
 
 impl Scratch {
     /// Cost of the best path from one cell to another of the same region within it, below
-    /// `limit`; [`UNREACHABLE`] if there is none. Afterwards [`Self::path`] tells the cells.
+    /// `limit`; [`UNREACHABLE`] if there is none. Afterwards [`Self::corners`] tells
+    /// where the path turns.
     pub(crate) fn search(&mut self, plans: &Plans, from: usize, to: usize, limit: Cost) -> Cost {
         let (Some(start), Some(goal)) = (plans.place(from), plans.place(to)) else {
             return UNREACHABLE;
@@ -76,26 +77,6 @@ impl Scratch {
         self.forget(patch.n_cells());
         let bounds = Bounds::new(plans, start, goal);
         Hunt::new(patch, bounds, limit.min(UNREACHABLE), self).run(patch.spot(from))
-    }
-
-    /// The cells of the path to `to` that the last search found, from its start, appended.
-    pub(crate) fn path(&self, plans: &Plans, to: usize, cells: &mut Vec<u32>) {
-        let first = cells.len();
-        self.corners(plans, to, cells);
-        let width = plans.space.info().width as usize;
-        let corners = cells.split_off(first);
-        for pair in corners.windows(2) {
-            let [from, to] = [pair[0], pair[1]].map(|cell| {
-                let cell = cell as usize;
-                [cell % width, cell / width]
-            });
-            let mut spot = from;
-            while spot != to {
-                cells.push(name(spot[1] * width + spot[0]));
-                spot = [0, 1].map(|axis| nearer(spot[axis], to[axis]));
-            }
-        }
-        cells.extend(corners.last());
     }
 
     /// The cells where the path that the last search found to `to` turns, from its start, the
@@ -171,15 +152,6 @@ fn direction(from: Spot, to: Spot) -> [std::cmp::Ordering; 2] {
     [0, 1].map(|axis| to[axis].cmp(&from[axis]))
 }
 
-/// One nearer to `to`, or there.
-fn nearer(from: usize, to: usize) -> usize {
-    match from.cmp(&to) {
-        std::cmp::Ordering::Less => from + 1,
-        std::cmp::Ordering::Equal => from,
-        std::cmp::Ordering::Greater => from - 1,
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -242,9 +214,5 @@ mod tests {
         let mut corners = vec![];
         scratch.corners(&plans, to, &mut corners);
         assert_eq!(corners, [from, from + 11, to].map(name), "diagonal first");
-        let mut cells = vec![];
-        scratch.path(&plans, to, &mut cells);
-        let expected: Vec<u32> = std::iter::once(from).chain(from + 11..=to).map(name).collect();
-        assert_eq!(cells, expected, "all cells");
     }
 }

@@ -48,6 +48,19 @@ pub struct Passage<'a> {
     pub goal: Point2<f64>,
 }
 
+impl Passage<'_> {
+    /// Whether the straight way between the centres of two cells, by index, is clear; never where
+    /// weights might make another way cheaper.
+    pub fn is_clear(&self, from: usize, to: usize) -> bool {
+        let info = self.obstacles.info();
+        let width = info.width as usize;
+        let center =
+            |cell: usize| Point2::new((cell % width) as f64 + 0.5, (cell / width) as f64 + 0.5);
+        let radius = radius_cells(self.radius_m / info.frame.resolution_m()) + MARGIN;
+        self.weights.is_none() && self.obstacles.is_clear(center(from), center(to), radius)
+    }
+}
+
 /// A path of straight pieces.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SmoothPath {

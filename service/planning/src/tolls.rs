@@ -89,13 +89,13 @@ impl TolledSearch {
     ) -> Option<Cost> {
         let width = space.info().width as usize;
         let bound = |cell| octile(width, cell, to);
-        self.run(space, tolls, from, UNREACHABLE - 1, bound, |cell| cell == to);
+        self.run((space, tolls), from, UNREACHABLE - 1, bound, |cell| cell == to);
         Some(self.costs[to]).filter(|&cost| cost < UNREACHABLE)
     }
 
     /// Costs of all cells from one, as far as they are at most `cost_max`.
     pub fn flood(&mut self, space: &Space, tolls: &Tolls, from: usize, cost_max: Cost) {
-        self.run(space, tolls, from, cost_max.min(UNREACHABLE - 1), |_| 0, |_| false);
+        self.run((space, tolls), from, cost_max.min(UNREACHABLE - 1), |_| 0, |_| false);
     }
 
     /// What the last search found a cell to cost; [`UNREACHABLE`] where it did not go.
@@ -133,8 +133,7 @@ impl TolledSearch {
 
     fn run(
         &mut self,
-        space: &Space,
-        tolls: &Tolls,
+        (space, tolls): (&Space, &Tolls),
         from: usize,
         cost_max: Cost,
         bound: impl Fn(usize) -> Cost,

@@ -32,7 +32,26 @@ struct Goal<'a> {
 impl Plans {
     /// The best path between two cells, by index; `None` if there is none.
     pub fn path(&self, from: usize, to: usize, scratch: &mut Scratch) -> Option<GridPath> {
-        self.waypoints(from, to, scratch, |_, _| false)
+        let path = self.waypoints(from, to, scratch, |_, _| false)?;
+        let mut cells = vec![];
+        for &corner in &path.cells {
+            self.steps_to(corner as usize, &mut cells);
+        }
+        Some(GridPath { cells, ..path })
+    }
+
+    /// The row of cells from the last one to another, straight or diagonal, appended.
+    fn steps_to(&self, to: usize, cells: &mut Vec<u32>) {
+        let width = self.space.info().width as usize;
+        let Some(&from) = cells.last() else { return cells.push(name(to)) };
+        let mut cell = from as usize;
+        let towards =
+            |from: usize, to: usize| from + usize::from(from < to) - usize::from(to < from);
+        while cell != to {
+            let [x, y] = [cell % width, cell / width];
+            cell = towards(y, to / width) * width + towards(x, to % width);
+            cells.push(name(cell));
+        }
     }
 
     /// Some cells along the best path, start and goal included: what [`crate::smooth`] pulls
@@ -51,7 +70,7 @@ impl Plans {
         let mut cells = vec![];
         let (Some((start_region, first)), Some((goal_region, last))) = (pieces.first, pieces.last)
         else {
-            scratch.path(self, to, &mut cells);
+            scratch.corners(self, to, &mut cells);
             return Some(GridPath { route, cells });
         };
         cells.push(name(from));
@@ -134,16 +153,47 @@ impl Plans {
         }
     }
 
+    /// The same from a cell inside; only the last of every row of equal steps.
     fn walk_to(&self, goal: &Goal, from: usize, cells: &mut Vec<u32>) {
         let mut cell = from;
         let mut last_step = 0;
         while cell != goal.cell {
             let left = self.onward(goal, cell);
             let Some(step) = self.best_step(goal, cell, left, last_step) else { return };
-            cell = self.space.neighbor(cell, step);
+            cell = self.last_of_row(goal, cell, step, left);
             cells.push(name(cell));
             last_step = step;
         }
+    }
+
+    /// The last cell of a row of equal steps, the first of which is on a best way.
+    ///
+    /// If a cell down the row is nearer to the goal by all the steps to it, so is every one before:
+    /// the last is found by doubling and halving, at a look-up each.
+    fn last_of_row(&self, goal: &Goal, from: usize, step: usize, left: Cost) -> usize {
+        let first = self.space.neighbor(from, step);
+        let Some(n_open) = self.patches[goal.region].n_open(from, step) else { return first };
+        let cost = self.space.step_cost(from, step);
+        let cell = |n: usize| {
+            let offset = first.wrapping_sub(from).wrapping_mul(n);
+            from.wrapping_add(offset)
+        };
+        let is_on_way = |n: usize| {
+            let passed = Cost::try_from(n).unwrap_or(UNREACHABLE).saturating_mul(cost);
+            passed <= left && passed + self.onward(goal, cell(n)) == left
+        };
+        let mut reached = 1;
+        let mut failed = n_open + 1;
+        while reached + 1 < failed {
+            let tried = if failed == n_open + 1 { 2 * reached } else { reached.midpoint(failed) };
+            let tried = tried.min(failed - 1);
+            if is_on_way(tried) {
+                reached = tried;
+            } else {
+                failed = tried;
+            }
+        }
+        if n_open == 0 { first } else { cell(reached) }
     }
 
     fn goal(&self, region: usize, to: NodeName) -> Option<Goal<'_>> {

@@ -18,9 +18,9 @@ use crate::cost::WEIGHT_ONE;
 pub struct WeightParams {
     /// A cell whose centre is nearer to an obstacle is dearer, in metres (d); 0 for none.
     pub clearance_distance_m: f64,
-    /// Times as dear right beside an obstacle, at least 1 (f_n).
+    /// Times as dear right beside an obstacle, at least 1 (`f_n`).
     pub clearance_factor: f64,
-    /// Times as dear at even odds of "occupied", at least 1 (f_d).
+    /// Times as dear at even odds of "occupied", at least 1 (`f_d`).
     pub occupancy_factor: f64,
 }
 

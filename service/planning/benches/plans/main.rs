@@ -12,6 +12,8 @@
 //! every map (figures 18 to 20 of the paper).
 
 mod comparison;
+#[path = "../free_space.rs"]
+mod free_space;
 mod map;
 mod pairs;
 mod plot;

@@ -4,12 +4,13 @@ use std::error::Error;
 use std::path::Path;
 use std::sync::Arc;
 
-use meetpoint_occupancy::{ImportParams, imported, read_pgm, read_png, read_yaml};
 use meetpoint_planning::{Space, enterable};
 use meetpoint_topology::{
-    FreeSpace, Partition, Pruning, Segmentation, TopologicalGraph, TopologyParams, pruned,
-    segmentation, topological_graph,
+    Partition, Pruning, Segmentation, TopologicalGraph, TopologyParams, pruned, segmentation,
+    topological_graph,
 };
+
+use crate::free_space::free_space;
 
 /// What is planned in.
 pub(crate) struct Map {
@@ -69,29 +70,6 @@ impl Regions {
         }
         n_cycles
     }
-}
-
-fn free_space(path: &Path) -> Result<FreeSpace, Box<dyn Error>> {
-    let has = |path: &Path, extension: &str| path.extension().is_some_and(|e| e == extension);
-    let text = if has(path, "yaml") {
-        std::fs::read_to_string(path)?
-    } else {
-        let name = path.file_name().and_then(|name| name.to_str()).ok_or("no such image")?;
-        format!(
-            "image: {name}\nresolution: 0.05\norigin: [0, 0, 0]\nnegate: 0\n\
-             occupied_thresh: 0.65\nfree_thresh: 0.04\n"
-        )
-    };
-    let yaml = read_yaml(&text)?;
-    let image_path = path.with_file_name(&yaml.image);
-    let bytes =
-        std::fs::read(&image_path).map_err(|error| format!("{}: {error}", image_path.display()))?;
-    let picture = if has(&image_path, "png") { read_png(&bytes)? } else { read_pgm(&bytes)? };
-    let map = imported(&picture, &yaml, &ImportParams::MAP_SERVER)?;
-    for warning in &map.warnings {
-        println!("{}: {warning}", path.display());
-    }
-    Ok(FreeSpace::from_raster(&map.raster, FreeSpace::PROBABILITY_MAX))
 }
 
 fn name(path: &Path) -> String {

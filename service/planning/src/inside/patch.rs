@@ -115,6 +115,19 @@ impl Patch {
         self.moves[self.at(spot)]
     }
 
+    /// How many equal steps from a cell of the region, by its index in the space, stay within the
+    /// region; `None` where cells weigh differently.
+    pub(crate) fn n_open(&self, cell: usize, step: usize) -> Option<usize> {
+        let Ground::Even(_) = self.ground else { return None };
+        let mut spot = self.spot(cell);
+        let mut n_open = 0;
+        while self.moves(spot) >> step & 1 == 1 {
+            spot = neighbor(spot, step);
+            n_open += 1;
+        }
+        Some(n_open)
+    }
+
     /// Memory, in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
         let ground = match &self.ground {
