@@ -174,9 +174,17 @@ fn largest(overlaps: &BTreeMap<RegionIndex, u64>) -> Option<(RegionIndex, u64)> 
 
 /// For every new arc the old one that it is.
 fn same_arcs(old: &[Arc], new: &[Arc]) -> Vec<Option<usize>> {
+    // Two lines may cut the same steps, so that their arcs have one middle: then the lines decide.
     let nearest = |arc: &Arc, among: &[Arc]| {
-        let distances = among.iter().map(|other| (other.position - arc.position).norm());
-        distances.enumerate().min_by(|a, b| a.1.total_cmp(&b.1))
+        let distances = among.iter().map(|other| {
+            let ends = arc.line.iter().zip(&other.line);
+            let apart_m: f64 = ends.map(|(a, b)| (a - b).norm()).sum();
+            ((other.position - arc.position).norm(), apart_m)
+        });
+        let nearest = distances
+            .enumerate()
+            .min_by(|(_, a), (_, b)| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        nearest.map(|(at, (distance_m, _))| (at, distance_m))
     };
     let of_old: Vec<_> = old.iter().map(|arc| nearest(arc, new)).collect();
     new.iter()

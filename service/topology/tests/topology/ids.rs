@@ -55,6 +55,19 @@ fn next(old: &Version, drawing: &str, counters: &mut Counters) -> (Version, Vec<
 }
 
 #[test]
+fn arcs_of_one_middle_are_told_apart_by_their_lines() {
+    let mut counters = Counters::default();
+    let (partition, mut graph) = cut(APART);
+    let mut twin = graph.arcs[0].clone();
+    twin.line[1].x += 0.05;
+    graph.arcs.push(twin);
+    let ids = first_ids(&graph, &mut counters);
+    let old = Snapshot { partition: &partition, graph: &graph, ids: &ids };
+    let (again, _) = carried_ids(old, &partition, &graph, &mut counters);
+    assert_eq!(again, ids, "nothing has changed");
+}
+
+#[test]
 fn of_a_union_the_largest_had_it_and_of_a_split_the_largest_keeps_it() {
     let mut counters = Counters::default();
     let apart = first(APART, &mut counters);
