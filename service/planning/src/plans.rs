@@ -150,7 +150,8 @@ impl Plans {
         let mut patches = self.patches.clone();
         let mut cliques = self.gate_costs.cliques().to_vec();
         for (region, (table, clique)) in tables.iter_mut().zip(&mut cliques).enumerate() {
-            let is_same = layout.is_same(&self.space, &space, region);
+            let is_same =
+                Arc::ptr_eq(&self.space, &space) || layout.is_same(&self.space, &space, region);
             if !is_same {
                 *table = layout.table(&space, region);
                 patches[region] = layout.patch(&space, region);

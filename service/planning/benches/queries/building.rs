@@ -9,8 +9,8 @@ use meetpoint_topology::{
     FreeSpace, TopologicalGraph, TopologyParams, segmentation, topological_graph,
 };
 
-/// Memory for costs between gates, in bytes.
-pub(crate) const PAIR_BYTES_MAX: usize = 64 << 20;
+/// Memory for costs between gates, in bytes: what the other tables of a map of a million cells take.
+pub(crate) const PAIR_BYTES_MAX: usize = 256 << 20;
 
 /// Tables, and what they were made from.
 pub(crate) struct Building {

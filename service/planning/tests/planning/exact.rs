@@ -160,7 +160,7 @@ impl<'a> Steps<'a> {
             return Some(cost);
         }
         let arc = |a, b| self.arc_of.get(&(a, b)).copied();
-        let mut crossed: Vec<usize> = if step % 2 == 0 {
+        let mut crossed: Vec<usize> = if step.is_multiple_of(2) {
             arc(from, to).into_iter().collect()
         } else {
             let beside = [space.neighbor(from, step - 1), space.neighbor(from, (step + 1) % 8)];
@@ -296,10 +296,10 @@ proptest! {
         let start = seed % space.info().n_cells();
         let costs = steps.costs_from(start);
         flood.flood(space, &tolls, start, Cost::MAX);
-        for goal in 0..space.info().n_cells() {
-            prop_assert_eq!(flood.cost(goal), costs[goal], "from {} to {}", start, goal);
+        for (goal, &expected) in costs.iter().enumerate() {
+            prop_assert_eq!(flood.cost(goal), expected, "from {} to {}", start, goal);
             let cost = search.between(space, &tolls, start, goal);
-            prop_assert_eq!(cost.unwrap_or(UNREACHABLE), costs[goal], "to {} alone", goal);
+            prop_assert_eq!(cost.unwrap_or(UNREACHABLE), expected, "to {} alone", goal);
             let path = search.path(space, &tolls, goal);
             prop_assert_eq!(path.is_empty(), cost.is_none(), "a path where there is a cost");
             if cost.is_some() {
