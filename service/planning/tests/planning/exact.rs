@@ -232,6 +232,13 @@ fn check(plans: &Plans, steps: &Steps<'_>, seed: usize) -> Result<(), TestCaseEr
             prop_assert_eq!(path.cells.first().map(|&cell| cell as usize), Some(start), "start");
             prop_assert_eq!(path.cells.last().map(|&cell| cell as usize), Some(goal), "goal");
             prop_assert_eq!(steps.cost_of_path(&path.cells), Some(cost), "legal, and as long");
+            let next = plans.next_cell(start, goal, &mut scratch);
+            prop_assert_eq!(next.is_none(), start == goal, "a motion but at the goal");
+            let Some(next) = next else { continue };
+            let step = [start, next].map(|cell| u32::try_from(cell).expect("few cells"));
+            let step = steps.cost_of_path(&step).expect("a legal step");
+            let onward = plans.cost(next, goal, &mut scratch);
+            prop_assert_eq!(step + onward, cost, "no motion leads astray");
         }
     }
     Ok(())
