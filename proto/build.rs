@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 10] = [
+const FILES: [&str; 12] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -12,6 +12,8 @@ const FILES: [&str; 10] = [
     "meetpoint/v1/map.proto",
     "meetpoint/v1/grid.proto",
     "meetpoint/v1/graph.proto",
+    "meetpoint/v1/cost.proto",
+    "meetpoint/v1/plan.proto",
     "meetpoint/v1/job.proto",
 ];
 

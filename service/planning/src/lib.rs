@@ -3,6 +3,7 @@
 mod along;
 mod cost;
 mod exits;
+mod export;
 mod final_goal;
 mod footprint;
 mod gate_costs;
@@ -32,6 +33,7 @@ mod weights;
 
 pub use along::{Stretch, stretches};
 pub use cost::{Cost, DIAGONAL, STRAIGHT, UNREACHABLE, WEIGHT_ONE, length_cells};
+pub use export::{GateView, NodeView};
 pub use final_goal::FinalGoalPlan;
 pub use footprint::enterable;
 pub use inside::Scratch;

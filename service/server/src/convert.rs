@@ -3,6 +3,7 @@
 //! Messages are taken apart by pattern, so that a new field breaks the build, and the field at
 //! fault is named by its path.
 
+pub(crate) mod cost;
 pub(crate) mod geojson;
 pub(crate) mod graph;
 pub(crate) mod grid;
@@ -11,6 +12,7 @@ pub(crate) mod job;
 pub(crate) mod map;
 pub(crate) mod observation;
 pub(crate) mod outline;
+pub(crate) mod plan;
 pub(crate) mod pose;
 pub(crate) mod sensor;
 pub(crate) mod session;

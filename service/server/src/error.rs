@@ -125,6 +125,47 @@ pub enum Error {
         /// The version asked for.
         version: u64,
     },
+    /// The map has no profile of that name.
+    #[error("map `{map}` has no profile `{name}`")]
+    NoSuchProfile {
+        /// The map.
+        map: String,
+        /// The name asked for.
+        name: String,
+    },
+    /// The map's published version has no arc of that id.
+    #[error("map `{map}` has no arc {arc} in version {version}")]
+    NoSuchArc {
+        /// The map.
+        map: String,
+        /// The arc asked for.
+        arc: u64,
+        /// The published version.
+        version: u64,
+    },
+    /// Nothing of that id is in force on the map.
+    #[error("no cost `{0}` is in force")]
+    NoSuchCost(String),
+    /// The client key made another cost.
+    #[error("the client key names another cost of this map, made with other content")]
+    CostKeyTaken,
+    /// No more costs are taken.
+    #[error("{limit} costs are in force on the map, no more are taken: take some back")]
+    TooManyCosts {
+        /// The limit.
+        limit: usize,
+    },
+    /// More paths were asked for than one reply holds.
+    #[error("{n_pairs} pairs of start and goal, at most {limit_pairs} are taken")]
+    MatrixTooLarge {
+        /// Pairs asked for.
+        n_pairs: u64,
+        /// The limit.
+        limit_pairs: u64,
+    },
+    /// The tables that were asked for are still being made.
+    #[error("the plan tables are still being made")]
+    PlanTablesNotReady,
     /// The same Idempotency-Key came with another request.
     #[error("this Idempotency-Key was used for another request")]
     IdempotencyKeyReused,
@@ -240,6 +281,13 @@ impl Error {
             Self::MapTooLarge { .. } => (Code::TooLarge, "MAP_TOO_LARGE"),
             Self::NoGraph { .. } => (Code::NotFound, "GRAPH_NOT_MADE"),
             Self::NoSuchRegion { .. } => (Code::NotFound, "REGION_NOT_FOUND"),
+            Self::NoSuchProfile { .. } => (Code::NotFound, "PROFILE_NOT_FOUND"),
+            Self::NoSuchArc { .. } => (Code::NotFound, "ARC_NOT_FOUND"),
+            Self::NoSuchCost(_) => (Code::NotFound, "COST_NOT_FOUND"),
+            Self::CostKeyTaken => (Code::AlreadyExists, "COST_KEY_TAKEN"),
+            Self::TooManyCosts { .. } => (Code::WrongState, "TOO_MANY_COSTS"),
+            Self::MatrixTooLarge { .. } => (Code::TooLarge, "MATRIX_TOO_LARGE"),
+            Self::PlanTablesNotReady => (Code::Busy, "PLAN_TABLES_NOT_READY"),
             Self::IdempotencyKeyReused => (Code::Conflict, "IDEMPOTENCY_KEY_REUSED"),
             Self::StorageFull => (Code::Full, "STORAGE_FULL"),
             Self::StorageBusy => (Code::Busy, "STORAGE_BUSY"),
@@ -264,6 +312,9 @@ impl Error {
             }
             Self::GridTooLarge { limit_cells, .. } | Self::MapTooLarge { limit_cells, .. } => {
                 vec![("limit_cells", limit_cells.to_string())]
+            }
+            Self::MatrixTooLarge { limit_pairs, .. } => {
+                vec![("limit_pairs", limit_pairs.to_string())]
             }
             _ => Vec::new(),
         }

@@ -1,11 +1,13 @@
 //! gRPC: carries operations, decides nothing.
 
+mod costs;
 mod graphs;
 mod grids;
 mod imports;
 mod ingest;
 mod jobs;
 mod maps;
+mod plans;
 mod robots;
 mod sessions;
 mod too_large;
@@ -14,10 +16,12 @@ use axum::Router;
 use meetpoint_proto::{FILE_DESCRIPTOR_SET, v1};
 use tonic::codec::CompressionEncoding::{Gzip, Zstd};
 use tonic::service::Routes;
+use v1::cost_service_server::CostServiceServer;
 use v1::graph_service_server::GraphServiceServer;
 use v1::grid_service_server::GridServiceServer;
 use v1::job_service_server::JobServiceServer;
 use v1::map_service_server::MapServiceServer;
+use v1::plan_service_server::PlanServiceServer;
 use v1::robot_service_server::RobotServiceServer;
 use v1::session_service_server::SessionServiceServer;
 
@@ -51,6 +55,8 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<GridServiceServer<Service>>().await;
     health.set_serving::<GraphServiceServer<Service>>().await;
     health.set_serving::<JobServiceServer<Service>>().await;
+    health.set_serving::<PlanServiceServer<Service>>().await;
+    health.set_serving::<CostServiceServer<Service>>().await;
     let reflection = || {
         tonic_reflection::server::Builder::configure()
             .register_encoded_file_descriptor_set(FILE_DESCRIPTOR_SET)
@@ -64,7 +70,9 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(SessionServiceServer, service))
         .add_service(carried!(GridServiceServer, service))
         .add_service(carried!(GraphServiceServer, service))
-        .add_service(carried!(JobServiceServer, service));
+        .add_service(carried!(JobServiceServer, service))
+        .add_service(carried!(PlanServiceServer, service))
+        .add_service(carried!(CostServiceServer, service));
     let limit_bytes = service.settings.limits.request_bytes_max;
     let named = axum::middleware::map_response(move |response| async move {
         too_large::named(response, limit_bytes)

@@ -12,6 +12,7 @@ mod listener;
 mod live;
 mod mapping;
 mod operations;
+mod planning;
 pub mod replay;
 pub mod rest;
 pub mod serve;

@@ -1,6 +1,7 @@
 //! What is going on now, for whoever watches: where sessions are, and what happens on maps.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use meetpoint_proto::v1;
@@ -33,6 +34,8 @@ pub(crate) enum Event {
     Correction(v1::SessionCorrection),
     /// A job moved on.
     Job(JobId),
+    /// A cost or a profile was changed.
+    Costs(v1::CostsChanged),
 }
 
 /// The present, shared by actors, streams and queries.
@@ -43,13 +46,16 @@ pub(crate) struct Live(Arc<Inner>);
 struct Inner {
     sessions: Mutex<HashMap<SessionId, watch::Sender<Told>>>,
     events: broadcast::Sender<(MapId, Event)>,
+    /// Versions and costs announced.
+    n_changes: AtomicU64,
 }
 
 impl Live {
     /// Nothing is going on yet.
     pub(crate) fn new() -> Self {
         let (events, _) = broadcast::channel(N_EVENTS_KEPT);
-        Self(Arc::new(Inner { sessions: Mutex::default(), events }))
+        let n_changes = AtomicU64::new(0);
+        Self(Arc::new(Inner { sessions: Mutex::default(), events, n_changes }))
     }
 
     /// Tells how far a session is. Only the newest is kept.
@@ -75,8 +81,16 @@ impl Live {
         }
     }
 
-    /// Tells watchers.
+    /// How often something was announced that changes what queries are answered from.
+    pub(crate) fn n_changes(&self) -> u64 {
+        self.0.n_changes.load(Ordering::Acquire)
+    }
+
+    /// Tells watchers, once it is so.
     pub(crate) fn announce(&self, map: MapId, event: Event) {
+        if matches!(event, Event::Version(_) | Event::Costs(_)) {
+            self.0.n_changes.fetch_add(1, Ordering::Release);
+        }
         // Nobody watching is fine.
         let _ = self.0.events.send((map, event));
     }

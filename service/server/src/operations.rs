@@ -1,11 +1,15 @@
 //! What the service does, once; gRPC and REST only carry it.
 
+pub(crate) mod costs;
 pub(crate) mod graphs;
 pub(crate) mod grids;
 pub(crate) mod imports;
 pub(crate) mod jobs;
 pub(crate) mod maps;
 pub(crate) mod page;
+mod plan_tables;
+pub(crate) mod plans;
+pub(crate) mod profiles;
 pub(crate) mod robots;
 pub(crate) mod sessions;
 pub(crate) mod tiles;

@@ -1,7 +1,9 @@
 //! REST: JSON over HTTP, its OpenAPI document, health and metrics. Carries operations, decides
 //! nothing.
 
+mod arcs;
 mod batches;
+mod costs;
 mod entity_tag;
 mod events;
 mod geometry;
@@ -17,7 +19,11 @@ mod maps;
 mod observations;
 mod openapi;
 mod page;
+mod plan_tables;
+mod planned_path;
+mod plans;
 mod problem;
+mod profiles;
 mod regions;
 mod reply;
 mod request;
@@ -110,6 +116,19 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(tiles::get_tile).layer(drawing.clone()))
         .routes(routes!(graphs::get_graph).layer(drawing))
         .routes(routes!(regions::get_region))
+        .routes(routes!(plans::plan_path))
+        .routes(routes!(plans::plan_matrix))
+        .routes(routes!(plans::next_motion))
+        .routes(routes!(plans::nearest_free))
+        .routes(routes!(plans::reachable))
+        .routes(routes!(plan_tables::plan_tables))
+        .routes(routes!(costs::list_costs, costs::create_cost))
+        .routes(routes!(costs::delete_cost))
+        .routes(routes!(arcs::close_arc))
+        .routes(routes!(arcs::open_arc))
+        .routes(routes!(arcs::set_arc_toll))
+        .routes(routes!(profiles::list_profiles))
+        .routes(routes!(profiles::set_profile, profiles::delete_profile))
         .routes(routes!(robots::list_robots, robots::create_robot))
         .routes(routes!(robots::get_robot))
         .routes(routes!(session_routes::list_sessions, session_routes::open_session))

@@ -24,6 +24,7 @@ use crate::mapping::Actors;
 use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
 use crate::operations::imports;
+use crate::planning::{self, Planner};
 use crate::service::{Parts, Service};
 use crate::settings::Settings;
 use crate::{grpc, listener, rest, telemetry};
@@ -64,6 +65,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     let actors = Actors::new(store.clone(), live.clone(), settings.mapping.clone());
     let (journal, committing) =
         JournalWriter::start(store.clone(), actors.clone(), settings.journal.clone());
+    let planner = Planner::new(&settings.planning);
     let service = Service(Arc::new(Parts {
         settings,
         store,
@@ -73,6 +75,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
         known_sessions: KnownSessions::default(),
         grids: GridCache::default(),
         topologies: TopologyCache::default(),
+        planner,
         importing: Arc::new(Semaphore::new(imports::N_AT_ONCE)),
         stop: CancellationToken::new(),
     }));
@@ -83,6 +86,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     let address = listener.local_addr()?;
     service.actors.start_unfinished().await.context("cannot read the maps")?;
     let working = tokio::spawn(jobs::work(service.clone()));
+    tokio::spawn(planning::keep_ready(service.clone()));
     let router = joined(rest::router(&service), grpc::router(&service).await?);
     let (server, stop) = (service.settings.server.clone(), service.stop.clone());
     let accepting =

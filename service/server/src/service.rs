@@ -11,6 +11,7 @@ use crate::live::Live;
 use crate::mapping::Actors;
 use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
+use crate::planning::Planner;
 use crate::settings::Settings;
 
 /// The service: operations are its methods, in `operations/`.
@@ -27,6 +28,7 @@ pub struct Parts {
     pub(crate) known_sessions: KnownSessions,
     pub(crate) grids: GridCache,
     pub(crate) topologies: TopologyCache,
+    pub(crate) planner: Planner,
     /// One permit for each import that may be under way.
     pub(crate) importing: Arc<Semaphore>,
     /// Cancelled when the service stops: long streams end with it.

@@ -19,6 +19,7 @@ pub struct Settings {
     pub limits: Limits,
     pub journal: JournalSettings,
     pub mapping: MappingSettings,
+    pub planning: PlanningSettings,
 }
 
 /// Where and how to listen.
@@ -78,6 +79,25 @@ pub struct MappingSettings {
     pub read_ahead_bytes_max: usize,
     pub lease_ttl_s: u32,
     pub topology_cells_max: u64,
+}
+
+/// How paths are planned.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "each field is explained in settings.toml, once")]
+pub struct PlanningSettings {
+    pub robot_radius_m: f64,
+    pub clearance_distance_m: f64,
+    pub clearance_factor: f64,
+    pub occupancy_factor: f64,
+    pub snap_tolerance_m: f64,
+    pub memory_bytes_max: usize,
+    pub pair_bytes_max: usize,
+    pub n_builds_at_once: usize,
+    pub settle_ms: u64,
+    pub matrix_pairs_max: u64,
+    pub n_costs_max: usize,
+    pub n_profiles_max: usize,
 }
 
 /// Why settings could not be used.
@@ -190,7 +210,7 @@ fn set_from_environment(
 }
 
 fn check(settings: &Settings) -> Result<(), InvalidSettings> {
-    let Settings { server, limits, journal, mapping } = settings;
+    let Settings { server, limits, journal, mapping, planning } = settings;
     let least = [
         ("server.n_connections_max", server.n_connections_max as u64, 1),
         ("limits.batch_bytes_max", u64::from(limits.batch_bytes_max), 1024),
@@ -211,6 +231,8 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("mapping.read_ahead_n_max", u64::from(mapping.read_ahead_n_max), 1),
         ("mapping.read_ahead_bytes_max", mapping.read_ahead_bytes_max as u64, 1),
         ("mapping.lease_ttl_s", u64::from(mapping.lease_ttl_s), 3),
+        ("planning.n_builds_at_once", planning.n_builds_at_once as u64, 1),
+        ("planning.matrix_pairs_max", planning.matrix_pairs_max, 1),
     ];
     match least.into_iter().find(|&(_, value, least)| value < least) {
         Some((key, value, least)) => Err(InvalidSettings::TooSmall { key, value, least }),

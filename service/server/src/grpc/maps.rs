@@ -101,6 +101,7 @@ async fn watch(
                 Event::Version(version) => Kind::Version(version),
                 Event::Session(session) => Kind::Session(*session),
                 Event::Correction(correction) => Kind::Correction(correction),
+                Event::Costs(costs) => Kind::Costs(costs),
                 Event::Job(_) => continue,
             },
             Ok(_) => continue,

@@ -9,6 +9,7 @@ use tokio::sync::broadcast::error::RecvError;
 use utoipa::{IntoParams, ToSchema};
 
 use super::Rest;
+use super::costs::CostsChanged;
 use super::geometry::Pose;
 use super::integer::{Signed64, Unsigned64};
 use super::jobs::Job;
@@ -105,7 +106,7 @@ pub(crate) struct EventsQuery {
 /// `version`: a version was made, or the pointer moved (a map version). `session`: one opened, closed or
 /// was fenced (a session). `correction`: where a robot was (a session correction). `job`: a job moved on
 /// (a job). `lagged`: this watcher was too slow and missed `left_out` events: read again what matters.
-/// `error`: a problem document; the stream ends. Comments keep it alive.
+/// `costs`: a cost or a profile was changed (costs changed). `error`: a problem document; the stream ends. Comments keep it alive.
 #[utoipa::path(
     get,
     path = "/v1/events",
@@ -159,6 +160,7 @@ async fn send(service: &Service, watcher: &Watcher, map: MapId, event: Event) ->
         Event::Correction(correction) => {
             watcher.send("correction", &SessionCorrection::new(map, correction)).await
         }
+        Event::Costs(costs) => watcher.send("costs", &CostsChanged::from(costs)).await,
         Event::Job(id) => {
             let request = v1::GetJobRequest { job: id.0.to_string() };
             match service.get_job(request).await {

@@ -7,7 +7,9 @@ use utoipa::ToSchema;
 use crate::error::Error;
 
 /// A position, in the frame that the field holding it names.
-#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(example = json!({"x_m": 1.25, "y_m": -0.5}))]
 pub(crate) struct Point {
     /// Metres.
     x_m: f64,
@@ -18,6 +20,13 @@ pub(crate) struct Point {
 impl From<v1::Point> for Point {
     fn from(wire: v1::Point) -> Self {
         let v1::Point { x_m, y_m } = wire;
+        Self { x_m, y_m }
+    }
+}
+
+impl From<Point> for v1::Point {
+    fn from(point: Point) -> Self {
+        let Point { x_m, y_m } = point;
         Self { x_m, y_m }
     }
 }

@@ -81,8 +81,8 @@ impl IntoParams for IdempotencyKey {
 pub(super) struct Creation {
     /// Method and path, the scope of a key.
     pub(super) route: &'static str,
-    /// Path of the resources that it makes.
-    pub(super) collection: &'static str,
+    /// Path of the resources that it makes, if each has one of its own.
+    pub(super) collection: Option<&'static str>,
     /// JSON pointer of the new resource's id in the reply.
     pub(super) id: &'static str,
 }
@@ -103,10 +103,11 @@ impl Reply {
     fn into_response(self, creation: &Creation) -> Response {
         let body: Value = serde_json::from_slice(&self.body).unwrap_or_default();
         let id = body.pointer(creation.id).and_then(Value::as_str).unwrap_or_default();
-        let location = HeaderValue::try_from(format!("{}/{id}", creation.collection));
+        let location =
+            creation.collection.map(|path| HeaderValue::try_from(format!("{path}/{id}")));
         let json = [(header::CONTENT_TYPE, "application/json")];
         let mut response = (self.status, json, self.body).into_response();
-        if let Ok(location) = location {
+        if let Some(Ok(location)) = location {
             response.headers_mut().insert(header::LOCATION, location);
         }
         response

@@ -17,7 +17,8 @@ use super::request::{JsonBody, Path, Query};
 use super::sse::Watcher;
 use crate::error::Error;
 
-const CREATION: Creation = Creation { route: "POST /v1/jobs", collection: "/v1/jobs", id: "/id" };
+const CREATION: Creation =
+    Creation { route: "POST /v1/jobs", collection: Some("/v1/jobs"), id: "/id" };
 
 /// Work in the background.
 #[derive(Debug, Serialize, ToSchema)]

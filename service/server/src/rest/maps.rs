@@ -16,7 +16,8 @@ use super::problem::Refusal;
 use super::reply::{filled, ok};
 use super::request::{JsonBody, Path, Query};
 
-const CREATION: Creation = Creation { route: "POST /v1/maps", collection: "/v1/maps", id: "/id" };
+const CREATION: Creation =
+    Creation { route: "POST /v1/maps", collection: Some("/v1/maps"), id: "/id" };
 
 /// One level of a site with one fixed frame: metres, radians, counter-clockwise (REP 103 and 105).
 #[derive(Debug, Serialize, ToSchema)]

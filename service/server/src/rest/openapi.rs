@@ -7,6 +7,7 @@ use utoipa::openapi::response::{Response, ResponseBuilder};
 use utoipa::openapi::{Ref, RefOr};
 use utoipa::{IntoResponses, OpenApi};
 
+use super::costs::CostsChanged;
 use super::events::{Lagged, PoseCorrection, SessionCorrection};
 use super::problem::{PROBLEM_JSON, Problem};
 
@@ -29,13 +30,15 @@ use super::problem::{PROBLEM_JSON, Problem};
         (name = "maps", description = "Maps and their versions."),
         (name = "grids", description = "Occupancy of a map version: numbers, images, tiles."),
         (name = "graphs", description = "Regions of a map version, and how they hang together."),
+        (name = "plans", description = "Ways through a map version: paths, lengths, next motions."),
+        (name = "costs", description = "What is closed, dear or drawn on top of a map, and for which robots it is planned."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),
         (name = "events", description = "What happens now."),
         (name = "operation", description = "For those who run the service."),
     ),
-    components(schemas(Problem, SessionCorrection, PoseCorrection, Lagged))
+    components(schemas(Problem, CostsChanged, SessionCorrection, PoseCorrection, Lagged))
 )]
 pub(super) struct Document;
 
@@ -45,6 +48,8 @@ pub(super) struct ListProblems;
 pub(super) struct ReadProblems;
 /// What a grid may answer instead.
 pub(super) struct GridProblems;
+/// What a question in a body may answer instead.
+pub(super) struct PlanProblems;
 /// What changing a resource may answer instead.
 pub(super) struct ChangeProblems;
 /// What making a resource may answer instead.
@@ -67,6 +72,12 @@ impl IntoResponses for ReadProblems {
 impl IntoResponses for GridProblems {
     fn responses() -> BTreeMap<String, RefOr<Response>> {
         problems(&[400, 404, 413, 500, 503])
+    }
+}
+
+impl IntoResponses for PlanProblems {
+    fn responses() -> BTreeMap<String, RefOr<Response>> {
+        problems(&[400, 404, 413, 415, 500, 503])
     }
 }
 

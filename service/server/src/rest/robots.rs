@@ -17,7 +17,7 @@ use super::reply::{filled, ok};
 use super::request::{JsonBody, Path, Query};
 
 const CREATION: Creation =
-    Creation { route: "POST /v1/robots", collection: "/v1/robots", id: "/id" };
+    Creation { route: "POST /v1/robots", collection: Some("/v1/robots"), id: "/id" };
 
 /// A machine.
 #[derive(Debug, Serialize, ToSchema)]

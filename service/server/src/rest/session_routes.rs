@@ -17,7 +17,7 @@ use super::request::{JsonBody, Path, Query};
 use super::sessions::{IngestLimits, NewSession, OpenedSession, Session, SessionList};
 
 const CREATION: Creation =
-    Creation { route: "POST /v1/sessions", collection: "/v1/sessions", id: "/session/id" };
+    Creation { route: "POST /v1/sessions", collection: Some("/v1/sessions"), id: "/session/id" };
 
 /// Names a session.
 #[derive(Debug, Deserialize, IntoParams)]

@@ -1,0 +1,461 @@
+//! `/v1/maps/{map}/paths`, `matrix`, `next-motion`, `nearest-free`, `reachable`.
+
+use axum::extract::State;
+use axum::response::Response;
+use meetpoint_proto::v1;
+use serde::{Deserialize, Serialize};
+use utoipa::{IntoParams, ToSchema};
+
+use super::Rest;
+use super::geometry::Point;
+use super::integer::{Signed64, Unsigned64};
+use super::maps::MapPath;
+use super::openapi::{PlanProblems, ReadProblems};
+use super::planned_path::{Basis, PathReply, code_name};
+use super::problem::Refusal;
+use super::reply::{ok, ok_long};
+use super::request::{JsonBody, Path, Query, only_one};
+use crate::error::Error;
+
+/// Entries of a matrix that are written on the async thread: half a millisecond.
+const INLINE_ENTRIES_MAX: usize = 2000;
+
+/// How a path is found.
+#[derive(Clone, Copy, Debug, Default, Deserialize, ToSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub(crate) enum Mode {
+    /// The shortest path in the grid.
+    #[default]
+    Exact,
+    /// Triplet plans along the regions of the shortest path, the last two regions planned together.
+    Triplet,
+    /// As Thrun 1998, section 3.2: fewest regions, triplet plans, final goal plan.
+    Paper,
+}
+
+impl From<Mode> for v1::PlanMode {
+    fn from(mode: Mode) -> Self {
+        match mode {
+            Mode::Exact => Self::Exact,
+            Mode::Triplet => Self::Triplet,
+            Mode::Paper => Self::Paper,
+        }
+    }
+}
+
+/// A question for a path.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PathQuestion {
+    /// In the map's frame.
+    start: Point,
+    goal: Point,
+    /// Name of a profile; absent for `default`. Not beside `robot_radius_m`.
+    #[schema(nullable = false, example = "default")]
+    profile: Option<String>,
+    /// Answered from the profile of that radius or the next larger one, and computed for the radius
+    /// itself if there is none or the larger robot does not get through. Metres, 0 to 5.
+    #[schema(nullable = false, minimum = 0.0, maximum = 5.0)]
+    robot_radius_m: Option<f64>,
+    #[serde(default)]
+    mode: Mode,
+    /// Other routes to find besides the best.
+    #[serde(default)]
+    #[schema(maximum = 8)]
+    alternatives: u32,
+    /// Absent for the published version.
+    #[schema(nullable = false)]
+    map_version: Option<Unsigned64>,
+    /// Leaves out the points of the dense path, its length and its clearance.
+    #[serde(default)]
+    route_only: bool,
+    /// Whether the cells of the path in the grid are wanted too.
+    #[serde(default)]
+    cells: bool,
+}
+
+fn robot(
+    profile: Option<String>,
+    robot_radius_m: Option<f64>,
+) -> Result<Option<v1::RobotChoice>, Error> {
+    use v1::robot_choice::Kind;
+    let kind = only_one(
+        "robot",
+        [
+            ("profile", profile.map(Kind::Profile)),
+            ("robot_radius_m", robot_radius_m.map(Kind::RobotRadiusM)),
+        ],
+    )?;
+    Ok(kind.map(|kind| v1::RobotChoice { kind: Some(kind) }))
+}
+
+fn number(version: Option<Unsigned64>) -> u64 {
+    version.map_or(0, |version| version.0)
+}
+
+/// The shortest path between two points, by cost, and others if asked for.
+///
+/// What is true of the world is an answer with a `code`; what is wrong with the question is an error.
+#[utoipa::path(
+    post,
+    path = "/v1/maps/{map}/paths",
+    tag = "plans",
+    params(MapPath),
+    request_body = PathQuestion,
+    responses((status = 200, description = "A path, or why there is none.", body = PathReply), PlanProblems)
+)]
+pub(super) async fn plan_path(
+    State(rest): State<Rest>,
+    Path(path): Path<MapPath>,
+    body: JsonBody<PathQuestion>,
+) -> Result<Response, Refusal> {
+    let PathQuestion {
+        start,
+        goal,
+        profile,
+        robot_radius_m,
+        mode,
+        alternatives,
+        map_version,
+        route_only,
+        cells,
+    } = body.value;
+    let request = v1::PlanPathRequest {
+        map: path.map,
+        start: Some(start.into()),
+        goal: Some(goal.into()),
+        robot: robot(profile, robot_radius_m)?,
+        mode: v1::PlanMode::from(mode).into(),
+        alternatives,
+        map_version: number(map_version),
+        route_only,
+        cells,
+    };
+    Ok(ok(&PathReply::new(rest.service.plan_path(request).await?)?))
+}
+
+/// A question for lengths.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct MatrixQuestion {
+    /// In the map's frame.
+    starts: Vec<Point>,
+    goals: Vec<Point>,
+    /// Name of a profile; absent for `default`. Not beside `robot_radius_m`.
+    #[schema(nullable = false, example = "default")]
+    profile: Option<String>,
+    /// Metres, 0 to 5: the profile of that radius or the next larger one, or the radius itself.
+    #[schema(nullable = false, minimum = 0.0, maximum = 5.0)]
+    robot_radius_m: Option<f64>,
+    /// Absent for the published version.
+    #[schema(nullable = false)]
+    map_version: Option<Unsigned64>,
+}
+
+/// Lengths from every start to every goal.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct MatrixReply {
+    #[serde(flatten)]
+    basis: Basis,
+    /// One row a start, one entry a goal: the cost of the best path, in metres; null where there is
+    /// none.
+    lengths_m: Vec<Vec<Option<f64>>>,
+    /// `OK`, or why the robot cannot be at a start.
+    start_codes: Vec<&'static str>,
+    /// `OK`, or why it cannot be at a goal.
+    goal_codes: Vec<&'static str>,
+    planning_time_us: Signed64,
+}
+
+/// Lengths of the shortest paths from each of several points to each of others.
+#[utoipa::path(
+    post,
+    path = "/v1/maps/{map}/matrix",
+    tag = "plans",
+    params(MapPath),
+    request_body = MatrixQuestion,
+    responses((status = 200, description = "Lengths.", body = MatrixReply), PlanProblems)
+)]
+pub(super) async fn plan_matrix(
+    State(rest): State<Rest>,
+    Path(path): Path<MapPath>,
+    body: JsonBody<MatrixQuestion>,
+) -> Result<Response, Refusal> {
+    let MatrixQuestion { starts, goals, profile, robot_radius_m, map_version } = body.value;
+    let points = |points: Vec<Point>| points.into_iter().map(v1::Point::from).collect();
+    let request = v1::PlanMatrixRequest {
+        map: path.map,
+        starts: points(starts),
+        goals: points(goals),
+        robot: robot(profile, robot_radius_m)?,
+        map_version: number(map_version),
+    };
+    let reply = rest.service.plan_matrix(request).await?;
+    let names = |codes: &[i32]| {
+        let name = |&code: &i32| code_name(v1::PlanCode::try_from(code).unwrap_or_default());
+        codes.iter().map(name).collect()
+    };
+    let (start_codes, goal_codes) = (names(&reply.start_codes), names(&reply.goal_codes));
+    let v1::PlanMatrixResponse { basis, rows, start_codes: _, goal_codes: _, planning_time_us } =
+        reply;
+    let entry = |length_m: f64| (0.0 <= length_m).then_some(length_m);
+    let row = |row: v1::MatrixRow| row.lengths_m.into_iter().map(entry).collect();
+    let reply = MatrixReply {
+        basis: Basis::of(basis)?,
+        lengths_m: rows.into_iter().map(row).collect(),
+        start_codes,
+        goal_codes,
+        planning_time_us: Signed64(planning_time_us),
+    };
+    if reply.start_codes.len() * reply.goal_codes.len() <= INLINE_ENTRIES_MAX {
+        return Ok(ok(&reply));
+    }
+    ok_long(reply).await
+}
+
+/// Where a robot is and where it goes.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(crate) struct MotionQuery {
+    /// Where the robot is, in metres in the map's frame.
+    x_m: f64,
+    /// Where the robot is, in metres in the map's frame.
+    y_m: f64,
+    /// Where it goes.
+    goal_x_m: f64,
+    /// Where it goes.
+    goal_y_m: f64,
+    /// Name of a profile; absent for `default`.
+    profile: Option<String>,
+    /// Metres, 0 to 5: the profile of that radius or the next larger one, or the radius itself.
+    robot_radius_m: Option<f64>,
+    /// Number of a version; absent for the published one.
+    map_version: Option<u64>,
+}
+
+/// Which way to go now.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct MotionReply {
+    /// `OK`, or as for a path.
+    #[schema(example = "OK")]
+    code: &'static str,
+    #[serde(flatten)]
+    basis: Basis,
+    /// Where to head for, in radians in the map's frame: along the next step of a shortest path.
+    /// Absent in the goal's cell.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    heading_rad: Option<f64>,
+    /// Cost of what is left, in metres.
+    distance_left_m: f64,
+    /// Id of the region that the robot is in; absent if it is in none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    region: Option<Unsigned64>,
+    /// Id of the arc that is crossed next; absent if none is.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    next_arc: Option<Unsigned64>,
+    /// Centre of the cell that the step leads to.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    next_point: Option<Point>,
+    /// For people, what can be done about a code other than `OK`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    what_to_do: String,
+}
+
+/// Which way to go now, for a robot that may stand anywhere.
+#[utoipa::path(
+    get,
+    path = "/v1/maps/{map}/next-motion",
+    tag = "plans",
+    params(MapPath, MotionQuery),
+    responses((status = 200, description = "A heading, or why there is none.", body = MotionReply), ReadProblems)
+)]
+pub(super) async fn next_motion(
+    State(rest): State<Rest>,
+    Path(path): Path<MapPath>,
+    Query(query): Query<MotionQuery>,
+) -> Result<Response, Refusal> {
+    let MotionQuery { x_m, y_m, goal_x_m, goal_y_m, profile, robot_radius_m, map_version } = query;
+    let request = v1::NextMotionRequest {
+        map: path.map,
+        position: Some(v1::Point { x_m, y_m }),
+        goal: Some(v1::Point { x_m: goal_x_m, y_m: goal_y_m }),
+        robot: robot(profile, robot_radius_m)?,
+        map_version: map_version.unwrap_or(0),
+    };
+    let reply = rest.service.next_motion(request).await?;
+    let code = code_name(reply.code());
+    let v1::NextMotionResponse {
+        code: _,
+        basis,
+        heading_rad,
+        distance_left_m,
+        region,
+        next_arc,
+        next_point,
+        what_to_do,
+    } = reply;
+    Ok(ok(&MotionReply {
+        code,
+        basis: Basis::of(basis)?,
+        heading_rad,
+        distance_left_m,
+        region: Unsigned64::above_zero(region),
+        next_arc: Unsigned64::above_zero(next_arc),
+        next_point: next_point.map(Point::from),
+        what_to_do,
+    }))
+}
+
+/// A point, and how far around it to look.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(crate) struct NearestQuery {
+    /// Metres in the map's frame.
+    x_m: f64,
+    /// Metres in the map's frame.
+    y_m: f64,
+    /// How far the point may be moved, in metres, up to 50; absent for 10.
+    #[serde(default)]
+    distance_max_m: f64,
+    /// Name of a profile; absent for `default`.
+    profile: Option<String>,
+    /// Metres, 0 to 5: the profile of that radius or the next larger one, or the radius itself.
+    robot_radius_m: Option<f64>,
+    /// Number of a version; absent for the published one.
+    map_version: Option<u64>,
+}
+
+/// The nearest point that the robot can be at.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct NearestReply {
+    #[serde(flatten)]
+    basis: Basis,
+    /// Absent if there is none that near.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    point: Option<Point>,
+    /// How far it is, in metres; 0 if the robot can be at the point itself.
+    distance_m: f64,
+    /// Id of its region; absent if it lies in none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    region: Option<Unsigned64>,
+}
+
+/// The nearest point that the robot can be at.
+#[utoipa::path(
+    get,
+    path = "/v1/maps/{map}/nearest-free",
+    tag = "plans",
+    params(MapPath, NearestQuery),
+    responses((status = 200, description = "A point, if there is one.", body = NearestReply), ReadProblems)
+)]
+pub(super) async fn nearest_free(
+    State(rest): State<Rest>,
+    Path(path): Path<MapPath>,
+    Query(query): Query<NearestQuery>,
+) -> Result<Response, Refusal> {
+    let NearestQuery { x_m, y_m, distance_max_m, profile, robot_radius_m, map_version } = query;
+    let request = v1::GetNearestFreePointRequest {
+        map: path.map,
+        point: Some(v1::Point { x_m, y_m }),
+        robot: robot(profile, robot_radius_m)?,
+        map_version: map_version.unwrap_or(0),
+        distance_max_m,
+    };
+    let v1::GetNearestFreePointResponse { basis, point, distance_m, region } =
+        rest.service.get_nearest_free_point(request).await?;
+    Ok(ok(&NearestReply {
+        basis: Basis::of(basis)?,
+        point: point.map(Point::from),
+        distance_m,
+        region: Unsigned64::above_zero(region),
+    }))
+}
+
+/// A start, and how far to go.
+#[derive(Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub(crate) struct ReachableQuery {
+    /// Metres in the map's frame.
+    x_m: f64,
+    /// Metres in the map's frame.
+    y_m: f64,
+    /// Paths that cost more are not taken, in metres; absent for no limit.
+    #[serde(default)]
+    length_max_m: f64,
+    /// Name of a profile; absent for `default`.
+    profile: Option<String>,
+    /// Metres, 0 to 5: the profile of that radius or the next larger one, or the radius itself.
+    robot_radius_m: Option<f64>,
+    /// Number of a version; absent for the published one.
+    map_version: Option<u64>,
+}
+
+/// How much can be reached.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct ReachableReply {
+    /// `OK`, or why the robot cannot be at the start.
+    #[schema(example = "OK")]
+    code: &'static str,
+    #[serde(flatten)]
+    basis: Basis,
+    /// Of all cells that the robot's centre gets to, in square metres.
+    area_m2: f64,
+    /// Regions that it gets to, by id.
+    regions: Vec<ReachedRegion>,
+    /// For people, what can be done about a code other than `OK`.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    what_to_do: String,
+}
+
+/// A region, or the part of it that is reached.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct ReachedRegion {
+    region: Unsigned64,
+    area_m2: f64,
+}
+
+/// How much can be reached from a point.
+#[utoipa::path(
+    get,
+    path = "/v1/maps/{map}/reachable",
+    tag = "plans",
+    params(MapPath, ReachableQuery),
+    responses((status = 200, description = "Areas.", body = ReachableReply), ReadProblems)
+)]
+pub(super) async fn reachable(
+    State(rest): State<Rest>,
+    Path(path): Path<MapPath>,
+    Query(query): Query<ReachableQuery>,
+) -> Result<Response, Refusal> {
+    let ReachableQuery { x_m, y_m, length_max_m, profile, robot_radius_m, map_version } = query;
+    let request = v1::GetReachableAreaRequest {
+        map: path.map,
+        start: Some(v1::Point { x_m, y_m }),
+        robot: robot(profile, robot_radius_m)?,
+        map_version: map_version.unwrap_or(0),
+        length_max_m,
+    };
+    let reply = rest.service.get_reachable_area(request).await?;
+    let code = code_name(reply.code());
+    let v1::GetReachableAreaResponse { code: _, basis, area_m2, regions, what_to_do } = reply;
+    let region = |v1::ReachedRegion { region, area_m2 }| ReachedRegion {
+        region: Unsigned64(region),
+        area_m2,
+    };
+    Ok(ok(&ReachableReply {
+        code,
+        basis: Basis::of(basis)?,
+        area_m2,
+        regions: regions.into_iter().map(region).collect(),
+        what_to_do,
+    }))
+}
