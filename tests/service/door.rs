@@ -64,6 +64,32 @@ pub(crate) trait Door {
         outlines: bool,
     ) -> Answer<v1::Graph>;
     async fn region(&self, map: &str, region: u64, version: u64) -> Answer<v1::GetRegionResponse>;
+    async fn plan(&self, request: v1::PlanPathRequest) -> Answer<v1::PlanPathResponse>;
+    async fn matrix(&self, request: v1::PlanMatrixRequest) -> Answer<v1::PlanMatrixResponse>;
+    async fn motion(&self, request: v1::NextMotionRequest) -> Answer<v1::NextMotionResponse>;
+    async fn nearest(
+        &self,
+        request: v1::GetNearestFreePointRequest,
+    ) -> Answer<v1::GetNearestFreePointResponse>;
+    async fn reachable(
+        &self,
+        request: v1::GetReachableAreaRequest,
+    ) -> Answer<v1::GetReachableAreaResponse>;
+    /// The file of a profile's tables.
+    async fn tables(&self, map: &str, profile: &str) -> Answer<Vec<u8>>;
+    /// What is in force, and the revision.
+    async fn costs(&self, map: &str) -> Answer<(Vec<v1::Cost>, u64)>;
+    async fn create_cost(&self, map: &str, cost: v1::Cost) -> Answer<v1::Cost>;
+    /// The revision.
+    async fn delete_cost(&self, map: &str, cost: &str) -> Answer<u64>;
+    async fn close_arc(&self, map: &str, arc: u64, author: &str) -> Answer<v1::Cost>;
+    /// The revision.
+    async fn open_arc(&self, map: &str, arc: u64) -> Answer<u64>;
+    async fn toll(&self, map: &str, arc: u64, toll_m: f64) -> Answer<v1::Cost>;
+    async fn profiles(&self, map: &str) -> Answer<Vec<v1::Profile>>;
+    async fn set_profile(&self, map: &str, profile: v1::Profile) -> Answer<v1::Profile>;
+    /// The revision.
+    async fn delete_profile(&self, map: &str, name: &str) -> Answer<u64>;
     async fn create_robot(&self, id: &str) -> Answer<v1::Robot>;
     async fn robot(&self, robot: &str) -> Answer<v1::Robot>;
     async fn robots(&self, page: Page<'_>) -> Answer<Rows<v1::Robot>>;

@@ -24,7 +24,7 @@ pub(crate) fn signed(value: &Value) -> i64 {
     }
 }
 
-fn small(value: &Value) -> u32 {
+pub(crate) fn small(value: &Value) -> u32 {
     u32::try_from(unsigned(value)).expect("a small count")
 }
 

@@ -4,12 +4,15 @@ use meetpoint_client::v1;
 use tonic::Status;
 use tonic::transport::Channel;
 use tonic_types::StatusExt;
+use v1::cost_service_client::CostServiceClient;
 use v1::graph_service_client::GraphServiceClient;
 use v1::grid_service_client::GridServiceClient;
 use v1::import_map_request::Kind as Part;
 use v1::ingest_batch_request::Kind as Upload;
 use v1::job_service_client::JobServiceClient;
 use v1::map_service_client::MapServiceClient;
+use v1::plan_service_client::PlanServiceClient;
+use v1::robot_choice::Kind as Robot;
 use v1::robot_service_client::RobotServiceClient;
 use v1::session_service_client::SessionServiceClient;
 
@@ -27,6 +30,8 @@ pub(crate) struct GrpcDoor {
     pub(crate) grids: GridServiceClient<Channel>,
     pub(crate) graphs: GraphServiceClient<Channel>,
     pub(crate) jobs: JobServiceClient<Channel>,
+    pub(crate) plans: PlanServiceClient<Channel>,
+    pub(crate) costs: CostServiceClient<Channel>,
 }
 
 impl GrpcDoor {
@@ -40,7 +45,9 @@ impl GrpcDoor {
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
             graphs: GraphServiceClient::new(channel.clone())
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
-            jobs: JobServiceClient::new(channel),
+            jobs: JobServiceClient::new(channel.clone()),
+            plans: PlanServiceClient::new(channel.clone()),
+            costs: CostServiceClient::new(channel),
         }
     }
 }
@@ -133,6 +140,96 @@ impl Door for GrpcDoor {
     async fn region(&self, map: &str, region: u64, version: u64) -> Answer<v1::GetRegionResponse> {
         let request = v1::GetRegionRequest { map: map.to_owned(), region, version };
         Ok(self.graphs.clone().get_region(request).await?.into_inner())
+    }
+
+    async fn plan(&self, request: v1::PlanPathRequest) -> Answer<v1::PlanPathResponse> {
+        Ok(self.plans.clone().plan_path(request).await?.into_inner())
+    }
+
+    async fn matrix(&self, request: v1::PlanMatrixRequest) -> Answer<v1::PlanMatrixResponse> {
+        Ok(self.plans.clone().plan_matrix(request).await?.into_inner())
+    }
+
+    async fn motion(&self, request: v1::NextMotionRequest) -> Answer<v1::NextMotionResponse> {
+        Ok(self.plans.clone().next_motion(request).await?.into_inner())
+    }
+
+    async fn nearest(
+        &self,
+        request: v1::GetNearestFreePointRequest,
+    ) -> Answer<v1::GetNearestFreePointResponse> {
+        Ok(self.plans.clone().get_nearest_free_point(request).await?.into_inner())
+    }
+
+    async fn reachable(
+        &self,
+        request: v1::GetReachableAreaRequest,
+    ) -> Answer<v1::GetReachableAreaResponse> {
+        Ok(self.plans.clone().get_reachable_area(request).await?.into_inner())
+    }
+
+    async fn tables(&self, map: &str, profile: &str) -> Answer<Vec<u8>> {
+        let robot = v1::RobotChoice { kind: Some(Robot::Profile(profile.to_owned())) };
+        let request = v1::DownloadPlanTablesRequest {
+            map: map.to_owned(),
+            robot: Some(robot),
+            map_version: 0,
+        };
+        let mut pieces = self.plans.clone().download_plan_tables(request).await?.into_inner();
+        let mut bytes = Vec::new();
+        while let Some(piece) = pieces.message().await? {
+            bytes.extend(piece.piece);
+        }
+        Ok(bytes)
+    }
+
+    async fn costs(&self, map: &str) -> Answer<(Vec<v1::Cost>, u64)> {
+        let request = v1::ListCostsRequest { map: map.to_owned() };
+        let reply = self.costs.clone().list_costs(request).await?.into_inner();
+        Ok((reply.costs, reply.cost_revision))
+    }
+
+    async fn create_cost(&self, map: &str, cost: v1::Cost) -> Answer<v1::Cost> {
+        let request = v1::CreateCostRequest { map: map.to_owned(), cost: Some(cost) };
+        Ok(filled(self.costs.clone().create_cost(request).await?.into_inner().cost))
+    }
+
+    async fn delete_cost(&self, map: &str, cost: &str) -> Answer<u64> {
+        let (map, id) = (map.to_owned(), cost.to_owned());
+        let request = v1::DeleteCostRequest { map, id, ..Default::default() };
+        Ok(self.costs.clone().delete_cost(request).await?.into_inner().cost_revision)
+    }
+
+    async fn close_arc(&self, map: &str, arc: u64, author: &str) -> Answer<v1::Cost> {
+        let (map, author) = (map.to_owned(), author.to_owned());
+        let request = v1::CloseArcRequest { map, arc, author, ..Default::default() };
+        Ok(filled(self.costs.clone().close_arc(request).await?.into_inner().cost))
+    }
+
+    async fn open_arc(&self, map: &str, arc: u64) -> Answer<u64> {
+        let request = v1::OpenArcRequest { map: map.to_owned(), arc, ..Default::default() };
+        Ok(self.costs.clone().open_arc(request).await?.into_inner().cost_revision)
+    }
+
+    async fn toll(&self, map: &str, arc: u64, toll_m: f64) -> Answer<v1::Cost> {
+        let map = map.to_owned();
+        let request = v1::SetArcTollRequest { map, arc, toll_m, ..Default::default() };
+        Ok(filled(self.costs.clone().set_arc_toll(request).await?.into_inner().cost))
+    }
+
+    async fn profiles(&self, map: &str) -> Answer<Vec<v1::Profile>> {
+        let request = v1::ListProfilesRequest { map: map.to_owned() };
+        Ok(self.costs.clone().list_profiles(request).await?.into_inner().profiles)
+    }
+
+    async fn set_profile(&self, map: &str, profile: v1::Profile) -> Answer<v1::Profile> {
+        let request = v1::SetProfileRequest { map: map.to_owned(), profile: Some(profile) };
+        Ok(filled(self.costs.clone().set_profile(request).await?.into_inner().profile))
+    }
+
+    async fn delete_profile(&self, map: &str, name: &str) -> Answer<u64> {
+        let request = v1::DeleteProfileRequest { map: map.to_owned(), name: name.to_owned() };
+        Ok(self.costs.clone().delete_profile(request).await?.into_inner().cost_revision)
     }
 
     async fn create_robot(&self, id: &str) -> Answer<v1::Robot> {

@@ -66,6 +66,11 @@ impl Http {
         reply(path, request.send(body))
     }
 
+    pub(crate) fn put(&self, path: &str, body: &Value) -> Reply {
+        let request = self.agent.put(self.at(path)).header("content-type", "application/json");
+        reply(path, request.send(body.to_string().as_bytes()))
+    }
+
     pub(crate) fn delete(&self, path: &str) -> Reply {
         reply(path, self.agent.delete(self.at(path)).call())
     }

@@ -5,22 +5,26 @@
 
 mod door;
 mod drive;
+mod four_rooms;
 mod from_json;
 mod graph_json;
 mod grpc_door;
 mod http;
 mod kept;
+mod plan_json;
 mod rest_door;
 mod running;
 mod to_json;
 
 mod contract;
+mod costs;
 mod crash;
 mod graphs;
 mod growing;
 mod imports;
 mod maps;
 mod operation;
+mod plans;
 mod rejections;
 mod replay;
 mod sessions;

@@ -10,6 +10,7 @@ use crate::door::{Answer, Door, Page, Refused, Rows};
 use crate::from_json;
 use crate::graph_json;
 use crate::http::{Http, Reply};
+use crate::plan_json;
 use crate::to_json;
 
 /// The service's REST side.
@@ -142,6 +143,112 @@ impl Door for RestDoor {
         let version = version_name(version);
         let body = self.get(&format!("/v1/maps/{map}/regions/{region}?version={version}"))?;
         Ok(graph_json::region_state(&body))
+    }
+
+    async fn plan(&self, request: v1::PlanPathRequest) -> Answer<v1::PlanPathResponse> {
+        let (map, body) = (&request.map, plan_json::path_question(&request));
+        let body = self.post(&format!("/v1/maps/{map}/paths"), &body, &[200])?;
+        Ok(plan_json::path_reply(&body))
+    }
+
+    async fn matrix(&self, request: v1::PlanMatrixRequest) -> Answer<v1::PlanMatrixResponse> {
+        let (map, body) = (&request.map, plan_json::matrix_question(&request));
+        let body = self.post(&format!("/v1/maps/{map}/matrix"), &body, &[200])?;
+        Ok(plan_json::matrix_reply(&body))
+    }
+
+    async fn motion(&self, request: v1::NextMotionRequest) -> Answer<v1::NextMotionResponse> {
+        let v1::NextMotionRequest { map, position, goal, robot, map_version } = request;
+        let (at, goal) = (position.unwrap_or_default(), goal.unwrap_or_default());
+        let ends =
+            format!("x_m={}&y_m={}&goal_x_m={}&goal_y_m={}", at.x_m, at.y_m, goal.x_m, goal.y_m);
+        let query = format!("{ends}{}", plan_json::asked(robot.as_ref(), map_version));
+        let body = self.get(&format!("/v1/maps/{map}/next-motion?{query}"))?;
+        Ok(plan_json::motion(&body))
+    }
+
+    async fn nearest(
+        &self,
+        request: v1::GetNearestFreePointRequest,
+    ) -> Answer<v1::GetNearestFreePointResponse> {
+        let v1::GetNearestFreePointRequest { map, point, robot, map_version, distance_max_m } =
+            request;
+        let at = point.unwrap_or_default();
+        let place = format!("x_m={}&y_m={}&distance_max_m={distance_max_m}", at.x_m, at.y_m);
+        let query = format!("{place}{}", plan_json::asked(robot.as_ref(), map_version));
+        let body = self.get(&format!("/v1/maps/{map}/nearest-free?{query}"))?;
+        Ok(plan_json::nearest(&body))
+    }
+
+    async fn reachable(
+        &self,
+        request: v1::GetReachableAreaRequest,
+    ) -> Answer<v1::GetReachableAreaResponse> {
+        let v1::GetReachableAreaRequest { map, start, robot, map_version, length_max_m } = request;
+        let at = start.unwrap_or_default();
+        let place = format!("x_m={}&y_m={}&length_max_m={length_max_m}", at.x_m, at.y_m);
+        let query = format!("{place}{}", plan_json::asked(robot.as_ref(), map_version));
+        let body = self.get(&format!("/v1/maps/{map}/reachable?{query}"))?;
+        Ok(plan_json::reachable(&body))
+    }
+
+    async fn tables(&self, map: &str, profile: &str) -> Answer<Vec<u8>> {
+        let reply = self.0.get(&format!("/v1/maps/{map}/plan-tables?profile={profile}"));
+        if reply.status == 200 {
+            return Ok(reply.body);
+        }
+        answer(&reply, &[200]).map(|body| panic!("{body} is no file"))
+    }
+
+    async fn costs(&self, map: &str) -> Answer<(Vec<v1::Cost>, u64)> {
+        let body = self.get(&format!("/v1/maps/{map}/costs"))?;
+        let costs = from_json::rows(&body["costs"], plan_json::cost);
+        Ok((costs, from_json::unsigned(&body["cost_revision"])))
+    }
+
+    async fn create_cost(&self, map: &str, cost: v1::Cost) -> Answer<v1::Cost> {
+        let body = plan_json::new_cost(&cost);
+        let body = self.post(&format!("/v1/maps/{map}/costs"), &body, &[201])?;
+        Ok(plan_json::cost(&body))
+    }
+
+    async fn delete_cost(&self, map: &str, cost: &str) -> Answer<u64> {
+        let reply = self.0.delete(&format!("/v1/maps/{map}/costs/{cost}"));
+        Ok(from_json::unsigned(&answer(&reply, &[200])?["cost_revision"]))
+    }
+
+    async fn close_arc(&self, map: &str, arc: u64, author: &str) -> Answer<v1::Cost> {
+        let body = json!({"author": author});
+        let body = self.post(&format!("/v1/maps/{map}/arcs/{arc}/close"), &body, &[200])?;
+        Ok(plan_json::cost(&body))
+    }
+
+    async fn open_arc(&self, map: &str, arc: u64) -> Answer<u64> {
+        let body = self.post(&format!("/v1/maps/{map}/arcs/{arc}/open"), &json!({}), &[200])?;
+        Ok(from_json::unsigned(&body["cost_revision"]))
+    }
+
+    async fn toll(&self, map: &str, arc: u64, toll_m: f64) -> Answer<v1::Cost> {
+        let body = json!({"toll_m": toll_m});
+        let body = self.post(&format!("/v1/maps/{map}/arcs/{arc}/toll"), &body, &[200])?;
+        Ok(plan_json::cost(&body))
+    }
+
+    async fn profiles(&self, map: &str) -> Answer<Vec<v1::Profile>> {
+        let body = self.get(&format!("/v1/maps/{map}/profiles"))?;
+        Ok(from_json::rows(&body["profiles"], plan_json::profile))
+    }
+
+    async fn set_profile(&self, map: &str, profile: v1::Profile) -> Answer<v1::Profile> {
+        let name = &profile.name;
+        let path = format!("/v1/maps/{map}/profiles/{name}");
+        let body = answer(&self.0.put(&path, &plan_json::preferences(&profile)), &[200])?;
+        Ok(plan_json::profile(&body))
+    }
+
+    async fn delete_profile(&self, map: &str, name: &str) -> Answer<u64> {
+        let reply = self.0.delete(&format!("/v1/maps/{map}/profiles/{name}"));
+        Ok(from_json::unsigned(&answer(&reply, &[200])?["cost_revision"]))
     }
 
     async fn create_robot(&self, id: &str) -> Answer<v1::Robot> {

@@ -120,6 +120,7 @@ async fn a_drive_is_seen() {
             Seen::Correction(correction) => is_corrected |= correction.session == session.id,
             Seen::Session(now) => is_closed |= now.state == i32::from(v1::SessionState::Closed),
             Seen::Version(version) => is_published |= whole <= version.number,
+            Seen::Costs(costs) => panic!("nobody changed costs: {costs:?}"),
         }
     }
 

@@ -4,11 +4,14 @@ pub mod bench;
 pub mod graph;
 pub mod import;
 pub mod map;
+pub mod plan;
 pub mod rebuild;
 pub mod serve;
 pub mod trajectory;
 
 mod asked;
+mod canvas;
 mod graph_picture;
+mod plan_picture;
 
 pub use asked::ServerArgs;

@@ -25,6 +25,8 @@ enum Command {
     Map(commands::map::MapArgs),
     /// Show a map's regions and how they hang together, or draw them
     Graph(commands::graph::GraphArgs),
+    /// Find a path on a map, or draw it
+    Plan(commands::plan::PlanArgs),
     /// Save a session's trajectory
     Trajectory(commands::trajectory::TrajectoryArgs),
     /// Measure this service on this machine
@@ -59,6 +61,7 @@ async fn main() -> ExitCode {
         Command::Replay(args) => replay::run(args).await,
         Command::Map(args) => commands::map::run(args).await,
         Command::Graph(args) => commands::graph::run(args).await,
+        Command::Plan(args) => commands::plan::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,

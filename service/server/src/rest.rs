@@ -55,6 +55,7 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 use crate::service::Service;
 pub(crate) use graphs::Graph;
 pub(crate) use imports::MapImport;
+pub(crate) use planned_path::PathReply;
 pub(crate) use trajectories::Trajectory;
 
 /// Answers that draw a grid at the same time; more wait. A grid of the largest size takes some 200 MB

@@ -1,27 +1,14 @@
 //! A graph drawn over its grid: regions in colours that stay with their ids, critical lines red, the
 //! graph's nodes and arcs blue, walls dark, what was never observed grey.
 
-use anyhow::Context;
-use meetpoint_geometry::{GridInfo, Point2};
 use meetpoint_occupancy::Raster;
 use meetpoint_proto::v1;
 
-type Colour = [u8; 3];
+use super::canvas::{CRITICAL_LINE, Canvas, Colour};
 
-const UNKNOWN: Colour = [205, 205, 205];
-const WALL: Colour = [45, 45, 45];
-const SPECK: Colour = [238, 238, 238];
-const CRITICAL_LINE: Colour = [214, 39, 40];
 const GRAPH: Colour = [25, 50, 120];
-/// Pixels that the longer side of a small map is enlarged to, at most.
-const N_PIXELS_WANTED: u32 = 1600;
-/// Pixels a cell, at most.
-const SCALE_MAX: u32 = 6;
 /// Radius of a node, in pixels.
 const NODE_RADIUS: i64 = 4;
-/// From one id's hue to the next one's, as a share of the circle: the golden section, by which any
-/// run of numbers is spread evenly.
-const HUE_STEP: f64 = 0.618_033_988_749_895;
 
 /// The picture as a PNG, top row first.
 pub(super) fn png(raster: &Raster, graph: &v1::Graph) -> anyhow::Result<Vec<u8>> {
@@ -39,164 +26,7 @@ pub(super) fn png(raster: &Raster, graph: &v1::Graph) -> anyhow::Result<Vec<u8>>
         }
     }
     for region in graph.regions.iter().filter(|region| !region.is_speck) {
-        let [x, y] = canvas.pixel(region.center);
-        for dy in -NODE_RADIUS..=NODE_RADIUS {
-            for dx in -NODE_RADIUS..=NODE_RADIUS {
-                if dx * dx + dy * dy <= NODE_RADIUS * NODE_RADIUS {
-                    canvas.set([x + dx, y + dy], GRAPH);
-                }
-            }
-        }
+        canvas.dot(canvas.pixel(region.center), GRAPH, NODE_RADIUS);
     }
     canvas.encoded()
-}
-
-/// Colour of a region: light, so that lines stand out, and of three shades, so that neighbours whose
-/// hues come near differ all the same.
-fn colour(id: u64) -> Colour {
-    // Ids are far below 2^53.
-    let hue = (id as f64 * HUE_STEP).fract() * 6.0;
-    let (saturation, value) = [(0.45, 0.97), (0.30, 0.90), (0.55, 0.86)][(id % 3) as usize];
-    let channel = |offset: f64| {
-        let place = (hue + offset) % 6.0;
-        value * (1.0 - saturation * place.min(4.0 - place).clamp(0.0, 1.0))
-    };
-    [channel(5.0), channel(3.0), channel(1.0)].map(byte)
-}
-
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of 255")]
-fn byte(share: f64) -> u8 {
-    (255.0 * share.clamp(0.0, 1.0)).round() as u8
-}
-
-/// Pixels, some a cell, the lowest row first.
-struct Canvas {
-    info: GridInfo,
-    scale: u32,
-    width: usize,
-    pixels: Vec<Colour>,
-}
-
-impl Canvas {
-    fn new(raster: &Raster) -> Self {
-        let info = raster.info;
-        let longest = info.width.max(info.height).max(1);
-        let scale = (N_PIXELS_WANTED / longest).clamp(1, SCALE_MAX);
-        let width = (info.width * scale) as usize;
-        let height = (info.height * scale) as usize;
-        Self { info, scale, width, pixels: vec![UNKNOWN; width * height] }
-    }
-
-    /// Walls, and every region's cells.
-    fn draw_cells(&mut self, raster: &Raster, graph: &v1::Graph) {
-        let n_columns = self.info.width as usize;
-        let mut cells: Vec<Colour> = raster
-            .log_odds
-            .iter()
-            .map(|log_odds| if log_odds.is_nan() { UNKNOWN } else { WALL })
-            .collect();
-        for region in &graph.regions {
-            let paint = if region.is_speck { SPECK } else { colour(region.id) };
-            self.fill(&region.outline, |column, row| {
-                if let Some(cell) = cells.get_mut(row * n_columns + column) {
-                    *cell = paint;
-                }
-            });
-        }
-        let scale = self.scale as usize;
-        for (index, pixel) in self.pixels.iter_mut().enumerate() {
-            let (column, row) = (index % self.width / scale, index / self.width / scale);
-            *pixel = cells[row * n_columns + column];
-        }
-    }
-
-    /// Tells `cell` of every column and row whose centre lies within rings, by the even-odd rule.
-    fn fill(&self, rings: &[v1::Ring], mut cell: impl FnMut(usize, usize)) {
-        let mut crossings = vec![Vec::new(); self.info.height as usize];
-        for ring in rings {
-            let corners: Vec<[usize; 2]> = ring.points.iter().map(|at| self.corner(at)).collect();
-            let edges = corners.iter().zip(corners.iter().cycle().skip(1));
-            for ([column, from], [_, to]) in edges.filter(|(from, to)| from[0] == to[0]) {
-                let rows = *from.min(to)..(*from.max(to)).min(crossings.len());
-                crossings[rows].iter_mut().for_each(|row| row.push(*column));
-            }
-        }
-        for (row, columns) in crossings.iter_mut().enumerate() {
-            columns.sort_unstable();
-            for pair in columns.chunks_exact(2) {
-                (pair[0]..pair[1]).for_each(|column| cell(column, row));
-            }
-        }
-    }
-
-    /// Column and row of a corner of cells, which lie within the picture.
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates at 0")]
-    fn corner(&self, point: &v1::Point) -> [usize; 2] {
-        self.place(point).map(|place| place.round() as usize)
-    }
-
-    /// In cells from the lower-left corner.
-    fn place(&self, point: &v1::Point) -> [f64; 2] {
-        let offset = Point2::new(point.x_m, point.y_m) - self.info.origin();
-        [offset.x, offset.y].map(|offset_m| offset_m / self.info.frame.resolution_m())
-    }
-
-    #[expect(clippy::cast_possible_truncation, reason = "saturates, and is looked up with care")]
-    fn pixel(&self, point: Option<v1::Point>) -> [i64; 2] {
-        let place = self.place(&point.unwrap_or_default());
-        place.map(|place| (place * f64::from(self.scale)).floor() as i64)
-    }
-
-    /// A line, `half_width` pixels wider on both sides.
-    fn line(&mut self, [from, to]: [[i64; 2]; 2], paint: Colour, half_width: i64) {
-        let [dx, dy] = [to[0] - from[0], to[1] - from[1]];
-        let n_steps = dx.abs().max(dy.abs()).clamp(1, 1 << 16);
-        for step in 0..=n_steps {
-            let [x, y] = [from[0] + dx * step / n_steps, from[1] + dy * step / n_steps];
-            for off_y in -half_width..=half_width {
-                for off_x in -half_width..=half_width {
-                    self.set([x + off_x, y + off_y], paint);
-                }
-            }
-        }
-    }
-
-    fn set(&mut self, [x, y]: [i64; 2], paint: Colour) {
-        let (Ok(x), Ok(y)) = (usize::try_from(x), usize::try_from(y)) else { return };
-        if x < self.width
-            && let Some(pixel) = self.pixels.get_mut(y * self.width + x)
-        {
-            *pixel = paint;
-        }
-    }
-
-    fn encoded(&self) -> anyhow::Result<Vec<u8>> {
-        let rows = self.pixels.chunks_exact(self.width.max(1)).rev();
-        let samples: Vec<u8> = rows.flatten().flatten().copied().collect();
-        let mut bytes = Vec::new();
-        let (width, height) = (self.info.width * self.scale, self.info.height * self.scale);
-        let mut encoder = png::Encoder::new(&mut bytes, width, height);
-        encoder.set_color(png::ColorType::Rgb);
-        let written = encoder.write_header().and_then(|mut writer| {
-            writer.write_image_data(&samples)?;
-            writer.finish()
-        });
-        written.context("the picture cannot be written")?;
-        Ok(bytes)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use std::collections::HashSet;
-
-    use super::*;
-
-    #[test]
-    fn colours_are_light_and_differ() {
-        let colours: Vec<Colour> = (1..40).map(colour).collect();
-        assert!(colours.iter().all(|colour| colour.iter().max() > Some(&200)), "light");
-        let different: HashSet<&Colour> = colours.iter().collect();
-        assert_eq!(different.len(), colours.len(), "one each: {colours:?}");
-    }
 }

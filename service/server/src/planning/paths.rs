@@ -15,6 +15,9 @@ const MARGIN_CELLS: f64 = 1e-3;
 /// Distance between the places at which a straight way is checked for closed arcs, in cells.
 const SAMPLE_CELLS: f64 = 0.05;
 
+/// Clearance beyond this is not told apart, in cells.
+const CLEARANCE_CELLS: f64 = 20.0;
+
 /// A question for a path.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct PathQuery {
@@ -173,7 +176,7 @@ pub(super) fn planned(
         length_of(field, &found.cells) * side_m
     };
     let cost_m = metres(found.cost, side_m);
-    let dense = query.is_dense.then(|| dense(field, searches, &found.cells, ends, grid_length_m));
+    let dense = query.is_dense.then(|| dense(field, searches, &found.cells, ends));
     let centers = found.cells.iter().filter(|_| query.with_cells);
     Planned {
         route: found.route.clone(),
@@ -195,30 +198,57 @@ fn length_of(field: &Field, cells: &[u32]) -> f64 {
     n_straight as f64 + (n_steps - n_straight) as f64 * std::f64::consts::SQRT_2
 }
 
-/// The path pulled tight. A string knows nothing of closed arcs; where it would cross one, the path
-/// keeps to its cells.
+/// The path pulled tight. A string knows nothing of closed arcs: where it would cross one, it is
+/// held at the narrowest place of the path, and its two parts are pulled apart from each other.
 fn dense(
     field: &Field,
     searches: &mut Searches,
     cells: &[u32],
     [start, goal]: [Located; 2],
-    grid_length_m: f64,
 ) -> SmoothPath {
-    let weights = (!field.is_by_length()).then(|| field.space.as_ref());
-    let passage = Passage {
-        obstacles: &field.obstacles,
-        radius_m: field.profile.radius_m,
-        weights,
-        start: start.point,
-        goal: goal.point,
-    };
-    let indices = cells.iter().map(|&cell| cell as usize);
-    let pulled = smooth(&passage, indices, &mut searches.smooth);
+    let ends = [start.point, goal.point];
+    let pulled = string(field, searches, cells, ends);
     if field.tolls.is_empty() || tolls_along(field, &pulled.points) <= tolls_of(field, cells) {
         return pulled;
     }
-    let points = cells.iter().map(|&cell| field.center(cell as usize)).collect();
-    SmoothPath { points, length_m: grid_length_m, clearance_min_m: pulled.clearance_min_m }
+    let Some(held) = narrowest(field, cells) else { return pulled };
+    let at = Located {
+        cell: cells[held] as usize,
+        point: field.center(cells[held] as usize),
+        moved_m: 0.0,
+    };
+    let before = dense(field, searches, &cells[..=held], [start, at]);
+    let after = dense(field, searches, &cells[held..], [at, goal]);
+    let points = before.points.into_iter().chain(after.points.into_iter().skip(1)).collect();
+    SmoothPath {
+        points,
+        length_m: before.length_m + after.length_m,
+        clearance_min_m: before.clearance_min_m.min(after.clearance_min_m),
+    }
+}
+
+fn string(
+    field: &Field,
+    searches: &mut Searches,
+    cells: &[u32],
+    [start, goal]: [Point2<f64>; 2],
+) -> SmoothPath {
+    let weights = (!field.is_by_length()).then(|| field.space.as_ref());
+    let radius_m = field.profile.radius_m;
+    let passage = Passage { obstacles: &field.obstacles, radius_m, weights, start, goal };
+    smooth(&passage, cells.iter().map(|&cell| cell as usize), &mut searches.smooth)
+}
+
+/// The place of a path, its ends and what is near them left out, that is nearest to obstacles: a
+/// tight string would pass there. `None` if the path is too short to be held.
+fn narrowest(field: &Field, cells: &[u32]) -> Option<usize> {
+    let margin = (cells.len() / 8).max(1);
+    let inner = margin..cells.len().saturating_sub(margin);
+    let clearance = |&at: &usize| {
+        let place = field.obstacles.in_cells(field.center(cells[at] as usize));
+        field.obstacles.distance(place, place, CLEARANCE_CELLS)
+    };
+    inner.min_by(|a, b| clearance(a).total_cmp(&clearance(b)))
 }
 
 /// Tolls that a path of cells pays.

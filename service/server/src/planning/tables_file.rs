@@ -39,7 +39,10 @@ pub(crate) fn file(
         for (place, gate) in plans.region_gates(region).enumerate() {
             for node in 0..plans.n_gate_nodes(gate) {
                 let mut before = 0_i64;
-                for cost in plans.region_costs(region, place, node) {
+                let cells = plans.region_cells(region);
+                let costs = plans.region_costs(region, place, node).zip(cells);
+                // Tables keep costs of cells that were closed since, too.
+                for (cost, _) in costs.filter(|(_, cell)| 0 < weights[**cell as usize]) {
                     pieces.put_signed(i64::from(cost) - before);
                     before = i64::from(cost);
                 }
