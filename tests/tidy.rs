@@ -7,11 +7,12 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 /// Crates that compute and know nothing of networks, databases or runtimes.
-const PURE_CRATES: [&str; 5] = [
+const PURE_CRATES: [&str; 6] = [
     "service/geometry",
     "service/occupancy",
     "service/tracking",
     "service/topology",
+    "service/planning",
     "service/sim",
 ];
 /// What they must not know.
