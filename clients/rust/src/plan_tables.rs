@@ -26,12 +26,17 @@
 //! goal, costs of all gates' nodes are computed once (Dijkstra's algorithm between gates); then each
 //! motion is a look-up of the costs of the neighbours.
 
+mod goal_plan;
+mod left;
+
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
-use std::f64::consts::SQRT_2;
 
 use meetpoint_proto::v1::{PlanBasis, PlanGate, PlanTablesHeader, Point};
 use prost::Message;
+
+pub use goal_plan::{GoalPlan, PlannedMotion};
+use left::Left;
 
 /// What a file begins with.
 const MAGIC: &[u8; 8] = b"MPPLANS\x01";
@@ -80,30 +85,6 @@ struct RegionTables {
     gates: Vec<usize>,
     /// One row a node, gate by gate; one cost a cell.
     costs: Vec<Vec<u32>>,
-}
-
-/// The next motion of a robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PlannedMotion {
-    /// Where to head for, in radians in the map's frame; `None` in the goal's cell.
-    pub heading_rad: Option<f64>,
-    /// Cost of what is left, in metres of free travel.
-    pub distance_left_m: f64,
-    /// Centre of the cell to go to, in the map's frame.
-    pub next: Point,
-    /// Id of the region that the robot is in; 0 if it is in none.
-    pub region: u64,
-}
-
-/// Costs to one goal.
-#[derive(Clone, Debug)]
-pub struct GoalPlan<'a> {
-    tables: &'a PlanTables,
-    goal: usize,
-    /// From the nodes of every gate.
-    nodes: Vec<Vec<u32>>,
-    /// From the cells of the goal's region, by ways inside it.
-    inside: Vec<u32>,
 }
 
 impl PlanTables {
@@ -308,106 +289,6 @@ impl PlanTables {
     }
 }
 
-impl GoalPlan<'_> {
-    /// The next motion of a robot at a point in metres in the map's frame; `None` if it cannot be
-    /// there, or there is no way.
-    pub fn next_motion(&self, position: Point) -> Option<PlannedMotion> {
-        let tables = self.tables;
-        let cell = tables.cell_at(position)?;
-        let cost = self.cost(cell);
-        if UNREACHABLE <= cost {
-            return None;
-        }
-        let region = tables.region(cell).and_then(|place| tables.header.regions.get(place));
-        let (mut heading_rad, mut next) = (None, tables.center(cell));
-        if let Some((_, step, to)) = self.onward(cell) {
-            #[expect(clippy::cast_precision_loss, reason = "below 8")]
-            let eighths = if step <= 4 { step as f64 } else { step as f64 - 8.0 };
-            heading_rad = Some(eighths * std::f64::consts::FRAC_PI_4);
-            next = tables.center(to);
-        }
-        Some(PlannedMotion {
-            heading_rad,
-            distance_left_m: length_cells(cost) * tables.header.resolution_m,
-            next,
-            region: region.copied().unwrap_or(0),
-        })
-    }
-
-    /// Cost of the way from a cell; [`UNREACHABLE`] if there is none.
-    fn cost(&self, cell: usize) -> u32 {
-        let tables = self.tables;
-        let by_node = tables.to_nodes(cell).map(|(gate, node, cost)| cost + self.nodes[gate][node]);
-        let by_gates = by_node.min().unwrap_or(UNREACHABLE).min(UNREACHABLE);
-        if tables.region(cell) != tables.region(self.goal) {
-            return by_gates;
-        }
-        let inside = tables.slots.get(cell).and_then(|&slot| self.inside.get(slot as usize));
-        by_gates.min(inside.copied().unwrap_or(UNREACHABLE))
-    }
-
-    /// The best step from a cell, with what is left before it; `None` at the goal.
-    fn onward(&self, cell: usize) -> Option<(u32, usize, usize)> {
-        if cell == self.goal {
-            return None;
-        }
-        let tables = self.tables;
-        let ways = (0..8).filter_map(|step| {
-            let to = tables.step(cell, step)?;
-            let toll = tables.tolls.get(&(cell, step)).copied().unwrap_or(0);
-            let cost = tables.step_cost(cell, to, step).saturating_add(toll);
-            Some((cost.saturating_add(self.cost(to)), step, to))
-        });
-        ways.min()
-    }
-
-    /// Spreads costs from the goal over the nodes of all gates.
-    fn spread(&mut self) {
-        let tables = self.tables;
-        let mut waiting = BinaryHeap::new();
-        for (gate, node, cost) in tables.to_nodes(self.goal) {
-            waiting.push(Reverse((cost, gate, node)));
-        }
-        while let Some(Reverse((cost, gate, node))) = waiting.pop() {
-            if self.nodes[gate][node] <= cost {
-                continue;
-            }
-            self.nodes[gate][node] = cost;
-            let PlanGate { nodes, across, toll, .. } = &tables.header.gates[gate];
-            let cell = usize::try_from(nodes[node]).unwrap_or(usize::MAX);
-            let mut from = |cell: usize, extra: u32| {
-                for (next_gate, next_node, more) in tables.to_nodes(cell) {
-                    let cost = cost.saturating_add(extra).saturating_add(more);
-                    if cost < self.nodes[next_gate][next_node] {
-                        waiting.push(Reverse((cost, next_gate, next_node)));
-                    }
-                }
-            };
-            if UNREACHABLE <= *toll {
-                continue;
-            }
-            from(cell, 0);
-            for step in (0..8).filter(|step| across[node] >> step & 1 == 1) {
-                if let Some(to) = tables.step(cell, step) {
-                    from(to, tables.step_cost(cell, to, step).saturating_add(*toll));
-                }
-            }
-        }
-    }
-}
-
-/// Length of a path of that cost through cells that cost their length, in cells: the cost tells the
-/// numbers of straight and diagonal steps, as 577 is the inverse of 1393 modulo 985.
-fn length_cells(cost: u32) -> f64 {
-    let cost = u64::from(cost);
-    let diagonal = cost * 577 % u64::from(STRAIGHT);
-    let of_diagonal = diagonal * u64::from(DIAGONAL);
-    if cost < of_diagonal {
-        return cost as f64 / f64::from(STRAIGHT);
-    }
-    ((cost - of_diagonal) / u64::from(STRAIGHT)) as f64 + diagonal as f64 * SQRT_2
-}
-
 /// Runs of regions, each at most `n_regions`.
 fn runs(
     left: &mut Left<'_>,
@@ -441,34 +322,6 @@ fn check_gates(header: &PlanTablesHeader, n_cells: usize) -> Result<(), InvalidP
     }
     let is_length = 0.0 < header.resolution_m && header.resolution_m.is_finite();
     if is_length { Ok(()) } else { Err(InvalidPlanTables::Damaged("the resolution")) }
-}
-
-/// Bytes that are left to be read.
-struct Left<'a>(&'a [u8]);
-
-impl<'a> Left<'a> {
-    fn take(&mut self, n: usize) -> Result<&'a [u8], InvalidPlanTables> {
-        let (taken, left) = self.0.split_at_checked(n).ok_or(InvalidPlanTables::Truncated)?;
-        self.0 = left;
-        Ok(taken)
-    }
-
-    fn unsigned(&mut self) -> Result<u64, InvalidPlanTables> {
-        let mut value = 0;
-        for shift in (0..64).step_by(7) {
-            let byte = self.take(1)?[0];
-            value |= u64::from(byte & 0x7f) << shift;
-            if byte & 0x80 == 0 {
-                return Ok(value);
-            }
-        }
-        Err(InvalidPlanTables::Damaged("a number"))
-    }
-
-    fn signed(&mut self) -> Result<i64, InvalidPlanTables> {
-        let value = self.unsigned()?;
-        Ok((value >> 1).cast_signed() ^ -((value & 1).cast_signed()))
-    }
 }
 
 #[cfg(test)]

@@ -24,6 +24,7 @@ mod planned_path;
 mod plans;
 mod problem;
 mod profiles;
+mod reach;
 mod regions;
 mod reply;
 mod request;
@@ -120,8 +121,8 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(plans::plan_path))
         .routes(routes!(plans::plan_matrix))
         .routes(routes!(plans::next_motion))
-        .routes(routes!(plans::nearest_free))
-        .routes(routes!(plans::reachable))
+        .routes(routes!(reach::nearest_free))
+        .routes(routes!(reach::reachable))
         .routes(routes!(plan_tables::plan_tables))
         .routes(routes!(costs::list_costs, costs::create_cost))
         .routes(routes!(costs::delete_cost))
