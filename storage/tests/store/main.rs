@@ -2,6 +2,7 @@
 
 mod append;
 mod append_model;
+mod costs;
 mod failures;
 mod fixture;
 mod imports;

@@ -1,10 +1,10 @@
 //! Other routes than the best: by way of arcs that it does not take.
 //!
 //! For every arc the best path that crosses its middle is looked up in two halves. Of those that are
-//! not much longer, do not cross themselves and take an arc that none before takes, the shortest are
-//! given. T. Akiba's and others' single-via paths; I. Abraham, D. Delling, A. Goldberg and R.
+//! not much longer, do not cross themselves, take an arc that none before takes and leave the
+//! neighbourhood of those before for a while, the shortest are given. I. Abraham, D. Delling, A. Goldberg and R.
 //! Werneck, "Alternative routes in road networks", ACM Journal of Experimental Algorithmics 18
-//! (2013), section 4. Time O(arcs) look-ups.
+//! (2013), section 4 ("single-via paths"). Time O(arcs) look-ups.
 
 use std::collections::HashSet;
 
@@ -15,6 +15,10 @@ use super::paths::{Found, Wanted, best};
 
 /// No alternative costs more than so many times the best.
 const STRETCH_MAX: f64 = 1.5;
+/// An alternative is off the paths before it for at least this share of its cells.
+const APART_MIN: f64 = 0.1;
+/// Side of the squares in which paths are neighbours, in metres: a robot evades another within.
+const NEIGHBOR_M: f64 = 1.0;
 /// Candidates that are looked at, the shortest first.
 const N_TRIED_MAX: usize = 64;
 
@@ -31,8 +35,13 @@ pub(super) fn alternatives(
         return vec![];
     }
     let mut known: HashSet<usize> = arcs(first).collect();
+    let Some(first) = best(field, Some(plans), searches, [from, to], Wanted::Cells) else {
+        return vec![];
+    };
+    let mut beaten = Beaten::new(field);
+    beaten.add(&first);
     let mut found = vec![];
-    for (_, via) in candidates(field, plans, searches, [from, to], first, &known) {
+    for (_, via) in candidates(field, plans, searches, [from, to], &first, &known) {
         if found.len() == n {
             break;
         }
@@ -40,12 +49,48 @@ pub(super) fn alternatives(
         let (Some(there), Some(on)) = (half([from, via]), half([via, to])) else { continue };
         let path = joined(there, &on);
         let is_new = arcs(&path).any(|arc| !known.contains(&arc));
-        if is_new && goes_on(&path) {
+        if is_new && goes_on(&path) && APART_MIN <= beaten.share_apart(&path) {
             known.extend(arcs(&path));
+            beaten.add(&path);
             found.push(path);
         }
     }
     found
+}
+
+/// Squares that paths go through, and those around them.
+struct Beaten {
+    squares: HashSet<(usize, usize)>,
+    width: usize,
+    cells_a_square: usize,
+}
+
+impl Beaten {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "saturates")]
+    fn new(field: &Field) -> Self {
+        let cells_a_square = ((NEIGHBOR_M / field.ground.side_m()).round() as usize).max(1);
+        Self { squares: HashSet::new(), width: field.info().width as usize, cells_a_square }
+    }
+
+    /// From 1 on, so that there is one before each.
+    fn square(&self, cell: u32) -> (usize, usize) {
+        let (x, y) = (cell as usize % self.width, cell as usize / self.width);
+        (x / self.cells_a_square + 1, y / self.cells_a_square + 1)
+    }
+
+    fn add(&mut self, path: &Found) {
+        for &cell in &path.cells {
+            let (x, y) = self.square(cell);
+            let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| (x, y)));
+            self.squares.extend(around);
+        }
+    }
+
+    /// Share of a path's cells that lie elsewhere.
+    fn share_apart(&self, path: &Found) -> f64 {
+        let is_apart = |cell: &&u32| !self.squares.contains(&self.square(**cell));
+        path.cells.iter().filter(is_apart).count() as f64 / path.cells.len().max(1) as f64
+    }
 }
 
 /// Whether a path neither crosses itself nor leaves a region by the arc that it came by.

@@ -196,6 +196,7 @@ impl Service {
         let ground = self.ground(&key.map, key.version).await?;
         let (costs, profile) = (costs.clone(), profile.clone());
         let has_tables = !profile.name.is_empty();
+        let _permit = self.planner.searching.acquire().await.map_err(|_| Error::Stopping)?;
         let making = tokio::task::spawn_blocking(move || Field::new(ground, costs, profile));
         let field = Arc::new(making.await.map_err(Error::internal)??);
         if has_tables {
@@ -239,6 +240,8 @@ async fn make_tables(service: Service, key: Key, field: Arc<Field>, is_published
         Err(_) => false,
     };
     if service.stop.is_cancelled() || !is_wanted {
+        // Whoever asks for it again, after rolling back, gets another with its tables.
+        fields.entries().remove(&key);
         return;
     }
     let before = fields.tables_before(&key);
