@@ -17,7 +17,8 @@ pub const STRAIGHT: Cost = 985;
 /// A step to a diagonal neighbour, through cells of weight [`WEIGHT_ONE`].
 pub const DIAGONAL: Cost = 1393;
 
-/// No way: more than any path costs, and two of them still add up without overflow.
+/// No way. A path that costs as much, a million cells long, is not found; two such costs still add
+/// up without overflow.
 pub const UNREACHABLE: Cost = 1 << 30;
 
 /// Weight of a cell that costs its length and no more. A step between two cells costs its length

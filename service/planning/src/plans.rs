@@ -47,7 +47,6 @@ pub struct Plans {
     pub(crate) door_tolls: Vec<Vec<Cost>>,
     pub(crate) pairs: Arc<PairCosts>,
     pub(crate) exits: Arc<Exits>,
-    pair_bytes_max: usize,
 }
 
 /// What does not depend on costs: regions, their cells, gates, order of elimination.
@@ -134,7 +133,6 @@ impl Plans {
             door_tolls,
             pairs,
             exits,
-            pair_bytes_max,
         }
     }
 
@@ -144,7 +142,7 @@ impl Plans {
     /// The cells of `space` must be those of the tables; it may close some and open these again,
     /// but not open what was closed when the tables were first made.
     pub fn with_costs(&self, space: Arc<Space>, arcs: &[ArcCost]) -> Self {
-        let layout = self.layout.clone();
+        let layout = &self.layout;
         let tolls = layout.tolls(arcs);
         let mut tables = self.tables.clone();
         let mut patches = self.patches.clone();
@@ -167,21 +165,16 @@ impl Plans {
             Sources { hierarchy: &layout.hierarchy, pairs: &pairs, cliques: gate_costs.cliques() };
         let before = self.gate_costs.cliques();
         let exits = self.exits.with_changes(&sources, before, |a, b| changed.of(a, b));
-        let exits = Arc::new(exits);
-        let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
-        let door_tolls = layout.door_tolls(&tolls);
-        let pair_bytes_max = self.pair_bytes_max;
         Self {
             space,
-            layout,
             tables,
             patches,
+            door_tolls: layout.door_tolls(&tolls),
             tolls,
-            gate_costs,
-            door_tolls,
-            pairs,
-            exits,
-            pair_bytes_max,
+            gate_costs: Arc::new(gate_costs),
+            pairs: Arc::new(pairs),
+            exits: Arc::new(exits),
+            ..self.clone()
         }
     }
 

@@ -12,10 +12,10 @@
 //! every map (figures 18 to 20 of the paper).
 
 mod comparison;
-#[path = "../free_space.rs"]
-mod free_space;
 mod map;
 mod pairs;
+#[path = "../../../topology/examples/plan/mod.rs"]
+mod plan;
 mod plot;
 mod tables;
 mod tally;

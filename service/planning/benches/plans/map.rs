@@ -10,7 +10,7 @@ use meetpoint_topology::{
     topological_graph,
 };
 
-use crate::free_space::free_space;
+use crate::plan::free_space;
 
 /// What is planned in.
 pub(crate) struct Map {

@@ -7,8 +7,8 @@ use std::time::Instant;
 use meetpoint_planning::{ArcCost, Plans, Scratch};
 
 use crate::building::Building;
-use crate::free_space::free_space;
 use crate::pairs::Pairs;
+use crate::plan::free_space;
 
 /// Pairs compared with tables made afresh.
 const N_PAIRS: usize = 1000;

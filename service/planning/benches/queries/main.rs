@@ -13,9 +13,9 @@
 
 mod building;
 mod doors;
-#[path = "../free_space.rs"]
-mod free_space;
 mod pairs;
+#[path = "../../../topology/examples/plan/mod.rs"]
+mod plan;
 mod rivals;
 mod sample;
 mod tiles;

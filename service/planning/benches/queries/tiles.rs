@@ -8,8 +8,8 @@ use meetpoint_planning::Scratch;
 use meetpoint_topology::FreeSpace;
 
 use crate::building::Building;
-use crate::free_space::free_space;
 use crate::pairs::Pairs;
+use crate::plan::free_space;
 use crate::sample::Sample;
 
 /// Free cells up to which the map grows.

@@ -8,8 +8,8 @@ use meetpoint_geometry::Point2;
 use meetpoint_planning::{Obstacles, Passage, Plans, Scratch, SmoothScratch, smooth};
 
 use crate::building::Building;
-use crate::free_space::free_space;
 use crate::pairs::Pairs;
+use crate::plan::free_space;
 use crate::rivals::{JumpPoints, astar, dijkstra};
 use crate::sample::Sample;
 

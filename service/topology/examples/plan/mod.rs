@@ -1,14 +1,13 @@
-//! Plans of buildings as images.
+//! Plans of buildings as files.
 
 use std::error::Error;
 use std::path::Path;
 
-use meetpoint_geometry::{Cell, GridFrame, GridInfo};
-use meetpoint_occupancy::{cells_from_picture, read_pgm, read_png, read_yaml};
+use meetpoint_occupancy::{ImportParams, imported, read_pgm, read_png, read_yaml};
 use meetpoint_topology::FreeSpace;
 
-/// The free cells of a map: the YAML of a `map_server` map, or an image alone, which is then taken to
-/// have cells of 0.05 m that are free where it is nearly white.
+/// The free cells of a map: of the YAML of a `map_server` map, or of an image alone, which is then
+/// taken to have cells of 0.05 m that are free where it is nearly white.
 pub(crate) fn free_space(path: &Path) -> Result<FreeSpace, Box<dyn Error>> {
     let has = |path: &Path, extension: &str| path.extension().is_some_and(|e| e == extension);
     let text = if has(path, "yaml") {
@@ -22,15 +21,12 @@ pub(crate) fn free_space(path: &Path) -> Result<FreeSpace, Box<dyn Error>> {
     };
     let yaml = read_yaml(&text)?;
     let image_path = path.with_file_name(&yaml.image);
-    let bytes = std::fs::read(&image_path)?;
+    let bytes =
+        std::fs::read(&image_path).map_err(|error| format!("{}: {error}", image_path.display()))?;
     let picture = if has(&image_path, "png") { read_png(&bytes)? } else { read_pgm(&bytes)? };
-    let grid = cells_from_picture(&picture, &yaml);
-    for warning in &grid.warnings {
-        println!("warning: {warning}");
+    let map = imported(&picture, &yaml, &ImportParams::MAP_SERVER)?;
+    for warning in &map.warnings {
+        println!("{}: {warning}", path.display());
     }
-    let frame = GridFrame::new(yaml.resolution_m).map_err(|_| "no such resolution")?;
-    let first = Cell { x: 0, y: 0 };
-    let info = GridInfo { frame, first, width: grid.width, height: grid.height };
-    let is_free: Vec<bool> = grid.cells.iter().map(|&cell| cell == 0).collect();
-    Ok(FreeSpace::from_cells(info, &is_free))
+    Ok(FreeSpace::from_raster(&map.raster, FreeSpace::PROBABILITY_MAX))
 }
