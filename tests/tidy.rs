@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 /// Crates that compute and know nothing of networks, databases or runtimes.
-const PURE_CRATES: [&str; 6] = [
+const PURE_CRATES: [&str; 7] = [
     "service/geometry",
     "service/occupancy",
     "service/tracking",
     "service/topology",
     "service/planning",
+    "service/relaxation",
     "service/sim",
 ];
 /// What they must not know.

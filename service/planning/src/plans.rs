@@ -123,17 +123,7 @@ impl Plans {
         let exits = Arc::new(Exits::new(&sources));
         let (gate_costs, pairs) = (Arc::new(gate_costs), Arc::new(pairs));
         let door_tolls = layout.door_tolls(&tolls);
-        Self {
-            space,
-            layout,
-            tables,
-            patches,
-            tolls,
-            gate_costs,
-            door_tolls,
-            pairs,
-            exits,
-        }
+        Self { space, layout, tables, patches, tolls, gate_costs, door_tolls, pairs, exits }
     }
 
     /// The same regions with other costs: only what the difference reaches is computed again.

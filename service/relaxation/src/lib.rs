@@ -1,0 +1,13 @@
+//! Expectation maximisation over a robot's poses and the landmarks that it saw, whether these can
+//! be told apart or not, and whatever its odometry does.
+//!
+//! S. Thrun, W. Burgard and D. Fox, "A probabilistic approach to concurrent mapping and
+//! localization for mobile robots", Machine Learning 31 (1998).
+
+mod calibration;
+mod motion;
+mod travel;
+
+pub use calibration::Calibration;
+pub use motion::Motion;
+pub use travel::{Detector, Sighting, Step, Travel};

@@ -1,0 +1,73 @@
+//! The data that a map is made from: motions and sightings in turn (TBF98 equation (5)), coarse in
+//! time as in section 5: a step for every sighting or after a long way without one.
+
+use meetpoint_geometry::{Point2, Pose};
+
+use crate::calibration::Calibration;
+use crate::motion::Motion;
+
+/// What finds landmarks: a person with a button, a camera that reads tags.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detector {
+    /// How far it sees, in metres; 0 for a button that is pressed upon a landmark.
+    pub range_max_m: f64,
+    /// Half of its field of view, in radians, in (0, pi].
+    pub half_field_of_view_rad: f64,
+}
+
+/// A landmark seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sighting {
+    /// Which landmark it is, where that can be told.
+    pub identity: Option<u32>,
+    /// What kind of landmark it looks like, from 0; always 0 where all look alike.
+    pub landmark_type: u32,
+    /// Distance from the robot, in metres.
+    pub range_m: f64,
+    /// Direction seen from the robot, in radians.
+    pub bearing_rad: f64,
+}
+
+impl Sighting {
+    /// Where the landmark is, seen from the robot, in metres.
+    pub fn offset_m(&self) -> Point2<f64> {
+        let (sin, cos) = self.bearing_rad.sin_cos();
+        Point2::new(self.range_m * cos, self.range_m * sin)
+    }
+}
+
+/// A moment at which the robot's pose is estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// The way from the step before; none for the first.
+    pub motion: Motion,
+    /// Landmarks seen here. None of the detector's others were, within its range.
+    pub sightings: Vec<Sighting>,
+}
+
+/// One robot's travel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Travel {
+    /// What it found landmarks with.
+    pub detector: Detector,
+    /// Its moments, in order.
+    pub steps: Vec<Step>,
+}
+
+impl Travel {
+    /// The poses at all steps by odometry alone, from the origin.
+    pub fn dead_reckoning(&self, calibration: &Calibration) -> Vec<Pose> {
+        let mut pose = Pose::IDENTITY;
+        let mut poses = Vec::with_capacity(self.steps.len());
+        for step in &self.steps {
+            pose = pose * step.motion.displacement(calibration);
+            poses.push(pose);
+        }
+        poses
+    }
+
+    /// Landmarks seen, each as often as it was.
+    pub fn n_sightings(&self) -> usize {
+        self.steps.iter().map(|step| step.sightings.len()).sum()
+    }
+}
