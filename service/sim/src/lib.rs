@@ -1,18 +1,34 @@
 //! Simulated buildings and robots: drives with a known truth, imperfect odometry and laser scans,
-//! the same bits from the same seed.
+//! and travels past landmarks; the same bits from the same seed.
 
+mod benchmark_travel;
 mod building;
+mod corridors;
 mod drive;
+mod landmark_drive;
+mod landmark_sensor;
+mod landmark_travel;
 mod laser;
 mod odometry;
+mod random_building;
 mod ray;
 mod route;
+mod tour;
+mod triangular_odometry;
 mod world;
 
+pub use benchmark_travel::{BenchmarkKind, benchmark_tour, benchmark_travel};
 pub use building::{Building, InvalidBuilding};
+pub use corridors::{Corridors, InvalidCorridor};
 pub use drive::{Drive, Robot, Tick};
+pub use landmark_drive::{LandmarkRobot, Waypoint, landmark_drive, n_controls};
+pub use landmark_sensor::{LandmarkDetector, LandmarkSensor, Sense};
+pub use landmark_travel::{Landmark, LandmarkTravel, Moment, TrueSighting};
 pub use laser::{Laser, LaserNoise};
 pub use odometry::{Odometer, OdometryError};
 pub use rand_chacha::ChaCha8Rng;
+pub use random_building::random_building;
 pub use route::route;
+pub use tour::tour;
+pub use triangular_odometry::{TriangularError, triangular};
 pub use world::{World, corridor_loop, hall, office};
