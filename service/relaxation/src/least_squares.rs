@@ -1,0 +1,311 @@
+//! Poses, landmarks and the odometry's steady errors that fit best, once it is settled which
+//! landmark every sighting saw.
+//!
+//! ```text
+//! min  sum over ways       |R(t)' (p(t+1) - p(t)), theta(t+1) - theta(t)  -  d(t, c)|²_Q(t)
+//!    + sum over sightings  |R(t)' (l(j) - p(t))  -  z|²_S
+//!    + |c|²_C
+//! ```
+//!
+//! over poses (p, theta), landmarks l and calibration c, by Gauss and Newton's steps, damped as
+//! Levenberg's where one leads uphill. Every step costs O(steps landmarks²).
+//!
+//! What the data speak for the associations is the integral over all unknowns, by Laplace's method:
+//! the density at the best fit times the volume of what fits about as well.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use meetpoint_geometry::{Point2, Pose, wrap_angle};
+use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+
+use crate::arrow::{Arrow, Solution};
+use crate::calibration::Calibration;
+use crate::chain::difference;
+use crate::error_model::{ErrorModel, Way};
+
+/// Precision that holds the first pose where it is.
+const FIRST_POSE_PRECISION: f64 = 1e8;
+/// Precision of landmarks before they are seen, in 1/m²: nothing, but enough to be invertible.
+const LANDMARK_PRECISION: f64 = 1e-9;
+/// Steps smaller than this, in metres and radians, change nothing that matters.
+const STEP_MIN: f64 = 1e-4;
+
+/// A landmark's place seen from a step, and how well.
+#[derive(Clone, Debug)]
+pub(crate) struct Bearing {
+    /// Index of the sighting in all of the travel.
+    pub(crate) sighting: usize,
+    /// Seen from the robot, in metres.
+    pub(crate) offset_m: Point2<f64>,
+    pub(crate) precision: Matrix2<f64>,
+    /// Logarithm of the precision's determinant.
+    pub(crate) log_precision: f64,
+}
+
+/// A step with sightings, and the way that led to it.
+#[derive(Clone, Debug)]
+pub(crate) struct Node {
+    pub(crate) way: Way,
+    pub(crate) way_precision: Matrix3<f64>,
+    pub(crate) log_way_precision: f64,
+    /// Points of the way seen from its beginning, in metres; its two ends among them.
+    pub(crate) path: Vec<Point2<f64>>,
+    pub(crate) bearings: Vec<Bearing>,
+}
+
+/// The travel, linearised about a calibration.
+#[derive(Clone, Debug)]
+pub(crate) struct Chain {
+    /// What the ways are linearised about.
+    pub(crate) calibration: Calibration,
+    /// What the odometry is expected to need, and how surely.
+    pub(crate) prior: Calibration,
+    pub(crate) calibration_precision: Vector3<f64>,
+    /// The way to the first does not count.
+    pub(crate) nodes: Arc<Vec<Node>>,
+}
+
+/// Poses, landmarks and calibration.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Estimate {
+    pub(crate) poses: Vec<Pose>,
+    pub(crate) landmarks: Vec<Point2<f64>>,
+    pub(crate) calibration: Calibration,
+}
+
+/// Which landmark each sighting saw; `None` for a false one, and for those beyond the chain's part
+/// that is looked at.
+pub(crate) type Association<'a> = &'a [Option<u32>];
+
+/// A fit with what it says of its associations.
+#[derive(Clone, Debug)]
+pub(crate) struct Fit {
+    pub(crate) estimate: Estimate,
+    /// Logarithm of the density of all measurements, integrated over all unknowns, with a uniform
+    /// density of 1/m² for every landmark.
+    pub(crate) log_evidence: f64,
+    /// Half of the weighted sum of squares.
+    pub(crate) cost: f64,
+    pub(crate) n_steps: u32,
+}
+
+impl Chain {
+    /// Fits the first `estimate.poses.len()` nodes, from `estimate` on, with at most `n_steps_max`
+    /// steps. `None` if the equations cannot be solved.
+    pub(crate) fn fit(
+        &self,
+        mut estimate: Estimate,
+        association: Association<'_>,
+        n_steps_max: u32,
+    ) -> Option<Fit> {
+        let mut cost = self.cost(&estimate, association);
+        let mut damping = 0.0;
+        let mut n_steps = 0;
+        loop {
+            let mut arrow = self.linearised(&estimate, association);
+            arrow.damp(damping);
+            let solution = arrow.solve()?;
+            let moved = moved(&estimate, &solution);
+            let moved_cost = self.cost(&moved, association);
+            n_steps += 1;
+            let is_small = solution.largest() < STEP_MIN;
+            if moved_cost <= cost || is_small {
+                (estimate, cost) = (moved, moved_cost);
+                damping /= 10.0;
+                if is_small || n_steps_max <= n_steps {
+                    let log_evidence =
+                        self.log_evidence(&estimate, association, cost, solution.log_determinant);
+                    return Some(Fit { estimate, log_evidence, cost, n_steps });
+                }
+            } else {
+                damping = (damping * 10.0).max(1.0);
+                if n_steps_max.max(N_UPHILL_MAX) <= n_steps {
+                    let plain = self.linearised(&estimate, association).solve()?;
+                    let log_evidence =
+                        self.log_evidence(&estimate, association, cost, plain.log_determinant);
+                    return Some(Fit { estimate, log_evidence, cost, n_steps });
+                }
+            }
+        }
+    }
+
+    /// The equations of one step from `estimate`.
+    pub(crate) fn linearised(&self, estimate: &Estimate, association: Association<'_>) -> Arrow {
+        let n_poses = estimate.poses.len();
+        let n_border = 3 + 2 * estimate.landmarks.len();
+        let mut arrow = Arrow::new(n_poses, n_border);
+        arrow.add_prior(0, Matrix3::identity() * FIRST_POSE_PRECISION, vector(estimate.poses[0]));
+        for (index, (&precision, &off)) in self
+            .calibration_precision
+            .iter()
+            .zip(&difference(&estimate.calibration, &self.prior))
+            .enumerate()
+        {
+            arrow.add_border_prior(index, precision, off);
+        }
+        for index in 3..n_border {
+            arrow.add_border_prior(index, LANDMARK_PRECISION, 0.0);
+        }
+        for (index, node) in self.nodes.iter().take(n_poses).enumerate() {
+            let pose = estimate.poses[index];
+            if 0 < index {
+                let before = estimate.poses[index - 1];
+                let (residual, by_before, by_after) =
+                    self.way_residual(node, estimate, before, pose);
+                let derivatives = [&by_before, &by_after, &(-node.way.by_calibration)];
+                arrow.add_way(index - 1, derivatives, &node.way_precision, &residual);
+            }
+            for bearing in &node.bearings {
+                if let Some(landmark) = association[bearing.sighting] {
+                    let at = 3 + 2 * landmark as usize;
+                    let point = estimate.landmarks[landmark as usize];
+                    let (residual, by_pose, by_point) = sighting_residual(pose, point, bearing);
+                    arrow.add_sighting(
+                        index,
+                        at,
+                        (&by_pose, &by_point),
+                        &bearing.precision,
+                        &residual,
+                    );
+                }
+            }
+        }
+        arrow
+    }
+
+    /// Half of the weighted sum of squares.
+    fn cost(&self, estimate: &Estimate, association: Association<'_>) -> f64 {
+        let off = difference(&estimate.calibration, &self.prior);
+        let mut sum = off.component_mul(&self.calibration_precision).dot(&off);
+        for (index, node) in self.nodes.iter().take(estimate.poses.len()).enumerate() {
+            let pose = estimate.poses[index];
+            if 0 < index {
+                let before = estimate.poses[index - 1];
+                let (residual, ..) = self.way_residual(node, estimate, before, pose);
+                sum += (node.way_precision * residual).dot(&residual);
+            }
+            for bearing in &node.bearings {
+                if let Some(landmark) = association[bearing.sighting] {
+                    let point = estimate.landmarks[landmark as usize];
+                    let (residual, ..) = sighting_residual(pose, point, bearing);
+                    sum += (bearing.precision * residual).dot(&residual);
+                }
+            }
+        }
+        sum / 2.0
+    }
+
+    fn log_evidence(
+        &self,
+        estimate: &Estimate,
+        association: Association<'_>,
+        cost: f64,
+        log_determinant: f64,
+    ) -> f64 {
+        let mut log_precision =
+            self.calibration_precision.map(f64::ln).sum() + 3.0 * FIRST_POSE_PRECISION.ln();
+        let mut n_seen = 0_u32;
+        for (index, node) in self.nodes.iter().take(estimate.poses.len()).enumerate() {
+            if 0 < index {
+                log_precision += node.log_way_precision;
+            }
+            for bearing in &node.bearings {
+                if association[bearing.sighting].is_some() {
+                    log_precision += bearing.log_precision;
+                    n_seen += 1;
+                }
+            }
+        }
+        // Every sighting has two numbers with a density, every landmark two to integrate over.
+        let volume = (estimate.landmarks.len() as f64 - f64::from(n_seen)) * TAU.ln();
+        (log_precision - log_determinant) / 2.0 - cost + volume
+    }
+
+    /// What odometry says of the way to `node` with the calibration estimated.
+    pub(crate) fn displacement(&self, node: &Node, calibration: &Calibration) -> Vector3<f64> {
+        let change = difference(calibration, &self.calibration);
+        vector(node.way.displacement) + node.way.by_calibration * change
+    }
+
+    /// Residual of a way with its derivatives by both poses.
+    fn way_residual(
+        &self,
+        node: &Node,
+        estimate: &Estimate,
+        before: Pose,
+        after: Pose,
+    ) -> (Vector3<f64>, Matrix3<f64>, Matrix3<f64>) {
+        let (sin, cos) = before.theta_rad.sin_cos();
+        let (dx, dy) = (after.x_m - before.x_m, after.y_m - before.y_m);
+        let (along, across) = (cos * dx + sin * dy, cos * dy - sin * dx);
+        let told = self.displacement(node, &estimate.calibration);
+        let turn_rad = wrap_angle(after.theta_rad - before.theta_rad - told.z);
+        let residual = Vector3::new(along - told.x, across - told.y, turn_rad);
+        let by_after = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let by_before = Matrix3::new(-cos, -sin, across, sin, -cos, -along, 0.0, 0.0, -1.0);
+        (residual, by_before, by_after)
+    }
+}
+
+/// Steps uphill in a row, and others, after which a fit is given up where it stands.
+const N_UPHILL_MAX: u32 = 12;
+
+impl Bearing {
+    /// The sighting with that index.
+    pub(crate) fn new(sighting: usize, seen: &crate::travel::Sighting, model: &ErrorModel) -> Self {
+        let covariance = model.sighting_covariance(seen);
+        let precision = covariance.try_inverse().unwrap_or_else(Matrix2::identity);
+        Self {
+            sighting,
+            offset_m: seen.offset_m(),
+            precision,
+            log_precision: precision.determinant().ln(),
+        }
+    }
+}
+
+/// Residual of a landmark at `point` seen from `pose`, with its derivatives by both.
+pub(crate) fn sighting_residual(
+    pose: Pose,
+    point: Point2<f64>,
+    bearing: &Bearing,
+) -> (Vector2<f64>, Matrix2x3<f64>, Matrix2<f64>) {
+    let (sin, cos) = pose.theta_rad.sin_cos();
+    let (dx, dy) = (point.x - pose.x_m, point.y - pose.y_m);
+    let (along, across) = (cos * dx + sin * dy, cos * dy - sin * dx);
+    let residual = Vector2::new(along - bearing.offset_m.x, across - bearing.offset_m.y);
+    let by_point = Matrix2::new(cos, sin, -sin, cos);
+    let by_pose = Matrix2x3::new(-cos, -sin, across, sin, -cos, -along);
+    (residual, by_pose, by_point)
+}
+
+fn moved(estimate: &Estimate, solution: &Solution) -> Estimate {
+    let poses = estimate
+        .poses
+        .iter()
+        .zip(&solution.poses)
+        .map(|(pose, step)| {
+            Pose::new(pose.x_m + step.x, pose.y_m + step.y, pose.theta_rad + step.z)
+        })
+        .collect();
+    let landmarks = estimate
+        .landmarks
+        .iter()
+        .enumerate()
+        .map(|(index, point)| {
+            let at = 3 + 2 * index;
+            Point2::new(point.x + solution.border[at], point.y + solution.border[at + 1])
+        })
+        .collect();
+    let calibration = Calibration {
+        scale: estimate.calibration.scale + solution.border[0],
+        turn_per_m: estimate.calibration.turn_per_m + solution.border[1],
+        turn_per_rad: estimate.calibration.turn_per_rad + solution.border[2],
+    };
+    Estimate { poses, landmarks, calibration }
+}
+
+fn vector(pose: Pose) -> Vector3<f64> {
+    Vector3::new(pose.x_m, pose.y_m, pose.theta_rad)
+}

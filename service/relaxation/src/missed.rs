@@ -1,0 +1,130 @@
+//! Landmarks that a robot should have seen on its way and did not: the no-landmark observations of
+//! TBF98 section 6, for landmarks that are seen from where they are.
+
+use meetpoint_geometry::{Point2, Pose};
+use nalgebra::{DMatrix, Matrix2x3};
+
+use crate::hypotheses::{Hypothesis, SearchParams};
+use crate::least_squares::Chain;
+use crate::travel::Detector;
+
+/// A robot that comes this near to a landmark has reached it, in metres; only then a person would
+/// press the button.
+const REACHED_M: f64 = 0.5;
+/// Landmarks this near to one that was reported at either end of a way belong to it, in metres.
+const SAME_PLACE_M: f64 = 2.0;
+/// Of paths between steps, in metres: robots do not drive on lines.
+const PATH_STD_M: f64 = 0.4;
+
+/// What a hypothesis says of the ways driven.
+pub(crate) struct Missed<'a> {
+    hypothesis: &'a Hypothesis,
+    chain: &'a Chain,
+    covariance: &'a DMatrix<f64>,
+    params: &'a SearchParams,
+    node: usize,
+    counts: bool,
+}
+
+impl<'a> Missed<'a> {
+    /// After the way to `node`, with the covariance of the pose there and of the border.
+    pub(crate) fn new(
+        hypothesis: &'a Hypothesis,
+        chain: &'a Chain,
+        covariance: &'a DMatrix<f64>,
+        params: &'a SearchParams,
+        (node, detector): (usize, &Detector),
+    ) -> Self {
+        // Who sees far sees landmarks long before it reaches them, or not at all behind a corner.
+        let counts = detector.range_max_m <= 2.0 * REACHED_M;
+        Self { hypothesis, chain, covariance, params, node, counts }
+    }
+
+    /// Logarithm of the probability that known landmarks on the way to this node were not reported.
+    pub(crate) fn known_landmarks(&self) -> f64 {
+        if self.node == 0 || !self.counts {
+            return 0.0;
+        }
+        let estimate = &self.hypothesis.fit.estimate;
+        let path = self.path(self.node);
+        let ends = [path[0], path[path.len() - 1]];
+        let mut sum = 0.0;
+        for (landmark, &point) in estimate.landmarks.iter().enumerate() {
+            if ends.iter().any(|end| (end - point).norm() < SAME_PLACE_M) {
+                continue;
+            }
+            let std_m = self.relative_std_m(landmark, estimate.poses[self.node]);
+            sum += self.log_unreported(&path, point, std_m);
+        }
+        sum
+    }
+
+    /// Logarithm of the probability that a landmark at `place`, never seen before this node, was not
+    /// reported on the earlier ways.
+    pub(crate) fn new_landmark(&self, place: Point2<f64>) -> f64 {
+        if !self.counts {
+            return 0.0;
+        }
+        let estimate = &self.hypothesis.fit.estimate;
+        let mut sum = 0.0;
+        for node in 1..self.node {
+            let path = self.path(node);
+            let ends = [path[0], path[path.len() - 1]];
+            if ends.iter().any(|end| (end - place).norm() < SAME_PLACE_M) {
+                continue;
+            }
+            let seen = &self.chain.nodes[node].bearings;
+            let anchor = seen.iter().find_map(|seen| self.hypothesis.association[seen.sighting]);
+            let Some(anchor) = anchor else { continue };
+            let std_m = self.relative_std_m(anchor as usize, estimate.poses[self.node]);
+            sum += self.log_unreported(&path, place, std_m);
+        }
+        sum
+    }
+
+    /// The way to `node` as the estimate has it, in the map.
+    fn path(&self, node: usize) -> Vec<Point2<f64>> {
+        let poses = &self.hypothesis.fit.estimate.poses;
+        let path = &self.chain.nodes[node].path;
+        let last = path.len() - 1;
+        let off = poses[node].position() - poses[node - 1] * path[last];
+        path.iter()
+            .enumerate()
+            .map(|(index, &point)| {
+                let share = index as f64 / last.max(1) as f64;
+                poses[node - 1] * point + off * share
+            })
+            .collect()
+    }
+
+    fn log_unreported(&self, path: &[Point2<f64>], point: Point2<f64>, std_m: f64) -> f64 {
+        let distance_m =
+            path.iter().map(|passed| (passed - point).norm()).fold(f64::INFINITY, f64::min);
+        let reached = within(REACHED_M, distance_m, std_m.hypot(PATH_STD_M));
+        (1.0 - (1.0 - self.params.missed_share) * reached).ln()
+    }
+
+    /// Standard deviation of a landmark's place seen from the pose, along its worse axis.
+    fn relative_std_m(&self, landmark: usize, pose: Pose) -> f64 {
+        let point = self.hypothesis.fit.estimate.landmarks[landmark];
+        let (dx, dy) = (point.x - pose.x_m, point.y - pose.y_m);
+        let by_pose = Matrix2x3::new(-1.0, 0.0, dy, 0.0, -1.0, -dx);
+        let at = 6 + 2 * landmark;
+        let cross = by_pose * self.covariance.fixed_view::<3, 2>(0, at);
+        let spread = by_pose * self.covariance.fixed_view::<3, 3>(0, 0) * by_pose.transpose()
+            + self.covariance.fixed_view::<2, 2>(at, at)
+            + cross
+            + cross.transpose();
+        spread.symmetric_eigenvalues().max().max(0.0).sqrt()
+    }
+}
+
+/// Probability that what is `distance` away, give or take a standard deviation, is within `reach`.
+fn within(reach: f64, distance: f64, std: f64) -> f64 {
+    below((reach - distance) / std) - below((-reach - distance) / std)
+}
+
+/// The normal distribution, to within 2 %: as a logistic one.
+fn below(deviations: f64) -> f64 {
+    1.0 / (1.0 + (-1.702 * deviations).exp())
+}
