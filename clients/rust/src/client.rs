@@ -1,17 +1,17 @@
 //! Single questions to the service, over one connection that heals itself.
 
+mod plans;
+
 use std::time::Duration;
 
 use meetpoint_proto::v1::{
-    CloseSessionRequest, CreateJobRequest, CreateMapRequest, DownloadPlanTablesRequest,
-    GetGraphRequest, GetGridRequest, GetJobRequest, GetMapRequest, GetMapVersionRequest,
-    GetSessionRequest, GetTrajectoryRequest, Graph, GraphPruning, Grid, ImportHead,
-    ImportMapRequest, ImportMapResponse, IngestRequest, IngestResponse, Job, JobKind,
-    ListSessionsRequest, Map, MapVersion, OpenSessionRequest, OpenSessionResponse, PlanPathRequest,
-    PlanPathResponse, RobotChoice, Session, Trajectory, graph_service_client::GraphServiceClient,
+    CloseSessionRequest, CreateJobRequest, CreateMapRequest, GetGraphRequest, GetGridRequest,
+    GetJobRequest, GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest,
+    Graph, GraphPruning, Grid, ImportHead, ImportMapRequest, ImportMapResponse, IngestRequest,
+    IngestResponse, Job, JobKind, ListSessionsRequest, Map, MapVersion, OpenSessionRequest,
+    OpenSessionResponse, Session, Trajectory, graph_service_client::GraphServiceClient,
     grid_service_client::GridServiceClient, import_map_request::Kind as Part,
     job_service_client::JobServiceClient, map_service_client::MapServiceClient,
-    plan_service_client::PlanServiceClient, robot_choice::Kind,
     session_service_client::SessionServiceClient,
 };
 use tokio_stream::wrappers::ReceiverStream;
@@ -21,7 +21,6 @@ use tonic::{
 };
 
 use crate::error::Error;
-use crate::plan_tables::PlanTables;
 
 /// A connection attempt that takes longer has failed.
 const CONNECT_TIMEOUT: Duration = Duration::from_secs(5);
@@ -165,40 +164,6 @@ impl Client {
         Ok(self.maps().import_map(request).await?.into_inner())
     }
 
-    /// The best path between two points of a map, and others if asked for.
-    ///
-    /// # Errors
-    ///
-    /// `MAP_NOT_FOUND`, `NOTHING_PUBLISHED`, `PROFILE_NOT_FOUND`, or what is wrong with the request.
-    /// That there is no path is an answer.
-    pub async fn plan_path(&self, request: PlanPathRequest) -> Result<PlanPathResponse, Error> {
-        Ok(self.plans().plan_path(call(request)).await?.into_inner())
-    }
-
-    /// The plan tables of a profile of a map (`default` if empty), to go on without the network, and
-    /// as bytes to be kept.
-    ///
-    /// # Errors
-    ///
-    /// `MAP_NOT_FOUND`, `NOTHING_PUBLISHED`, `PROFILE_NOT_FOUND`, `PLAN_TABLES_NOT_READY`;
-    /// [`Error::Malformed`] if they cannot be read.
-    pub async fn plan_tables(
-        &self,
-        map: &str,
-        profile: &str,
-    ) -> Result<(PlanTables, Vec<u8>), Error> {
-        let kind = (!profile.is_empty()).then(|| Kind::Profile(profile.to_owned()));
-        let robot = kind.map(|kind| RobotChoice { kind: Some(kind) });
-        let request = DownloadPlanTablesRequest { map: map.to_owned(), robot, map_version: 0 };
-        let mut pieces = self.plans().download_plan_tables(call(request)).await?.into_inner();
-        let mut bytes = Vec::new();
-        while let Some(piece) = pieces.message().await? {
-            bytes.extend_from_slice(&piece.piece);
-        }
-        let tables = PlanTables::read(&bytes).map_err(|_| Error::Malformed("plan tables"))?;
-        Ok((tables, bytes))
-    }
-
     /// Opens a session, or finds the one that was opened with the same robot and client key.
     ///
     /// # Errors
@@ -332,12 +297,6 @@ impl Client {
 
     fn jobs(&self) -> JobServiceClient<Channel> {
         JobServiceClient::new(self.channel.clone())
-    }
-
-    fn plans(&self) -> PlanServiceClient<Channel> {
-        PlanServiceClient::new(self.channel.clone())
-            .max_decoding_message_size(ANSWER_BYTES_MAX)
-            .accept_compressed(tonic::codec::CompressionEncoding::Zstd)
     }
 
     fn sessions(&self) -> SessionServiceClient<Channel> {

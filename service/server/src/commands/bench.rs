@@ -3,6 +3,8 @@
 mod accuracy;
 mod child;
 mod ingest;
+mod percentile;
+mod queries;
 mod relations;
 mod robots;
 
@@ -19,6 +21,8 @@ enum What {
     Accuracy(accuracy::AccuracyArgs),
     /// How much is acknowledged and mapped, and how fast: simulated robots on loopback
     Ingest(ingest::IngestArgs),
+    /// How long answers about ways take, and how many there are a second: over gRPC and over REST
+    Queries(queries::QueriesArgs),
 }
 
 /// Measures and prints a table.
@@ -29,5 +33,6 @@ pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
     match args.what {
         What::Accuracy(args) => accuracy::run(args).await,
         What::Ingest(args) => ingest::run(args).await,
+        What::Queries(args) => queries::run(args).await,
     }
 }

@@ -9,6 +9,7 @@ use tokio::task::JoinSet;
 use tokio::time::{Instant, sleep};
 
 use super::child::ChildService;
+use super::percentile::{milliseconds, percentile};
 use super::robots::{BenchRobot, ReadyTimes, robots};
 
 /// Between two looks at how far mapping is.
@@ -156,32 +157,4 @@ async fn wait_until_mapped(client: &Client, sessions: &[v1::Session]) -> anyhow:
         }
     }
     Ok(())
-}
-
-/// The smallest value that at least the share `p` of the ascending values does not exceed.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a place in a list, cut to its length"
-)]
-fn percentile(ascending: &[Duration], p: f64) -> Duration {
-    let place = (p * ascending.len() as f64).ceil() as usize;
-    ascending.get(place.max(1).min(ascending.len()) - 1).copied().unwrap_or_default()
-}
-
-fn milliseconds(duration: Duration) -> f64 {
-    duration.as_secs_f64() * 1e3
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn percentiles_are_values_that_were_measured() {
-        let values: Vec<Duration> = (1..=200).map(Duration::from_millis).collect();
-        assert_eq!(percentile(&values, 0.5), Duration::from_millis(100), "half");
-        assert_eq!(percentile(&values, 0.99), Duration::from_millis(198), "all but two");
-        assert_eq!(percentile(&values, 1.0), Duration::from_millis(200), "the longest");
-    }
 }
