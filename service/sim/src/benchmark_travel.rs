@@ -4,8 +4,8 @@
 //! and a tour ([`tour`]) of 28 to 34 sightings, about half a metre a control; a person presses the
 //! button within 0.3 m of a landmark. Both kinds of a seed share them and differ in odometry:
 //!
-//! * [`BenchmarkKind::RandomError`]: triangular errors of widths that are drawn for the robot, and a
-//!   small drift; dead reckoning ends 4 to 15 m off.
+//! * [`BenchmarkKind::RandomError`]: triangular errors of widths that are drawn for the robot, and
+//!   a small drift; dead reckoning ends 4 to 15 m off.
 //! * [`BenchmarkKind::SteadyDrift`]: mostly a steady drift of heading with every metre and every
 //!   turn, of random sign, with random errors of the smaller widths of the first kind; dead
 //!   reckoning ends 10 to 35 m off.
@@ -58,7 +58,8 @@ struct ErrorRanges {
     scale_off: Range<f64>,
 }
 
-/// Widths up to what Fig. 1 of the paper shows, a drift of 3 degrees in 100 m and 1 % of every turn.
+/// Widths that bring three of five tours into the interval, which is what they are chosen by; a
+/// drift of up to 3 degrees in 100 m and 1 % of every turn.
 const RANDOM_ERROR: ErrorRanges = ErrorRanges {
     length_width_per_m: 0.03..0.10,
     heading_width_rad_per_m: 0.004..0.012,
@@ -68,7 +69,7 @@ const RANDOM_ERROR: ErrorRanges = ErrorRanges {
     scale_off: 0.0..0.01,
 };
 
-/// The smaller half of these widths; a drift of up to 34 degrees in 100 m and 5 % of every turn.
+/// The smaller half of these widths, a drift of up to 34 degrees in 100 m and 5 % of every turn.
 const STEADY_DRIFT: ErrorRanges = ErrorRanges {
     length_width_per_m: 0.03..0.065,
     heading_width_rad_per_m: 0.004..0.008,

@@ -46,8 +46,8 @@ impl LandmarkSensor {
     pub const BUTTON: Self =
         Self { sense: Sense::Button, miss_share: 0.0, wrong_type_share: 0.0, n_types: 1 };
 
-    /// The sighting of landmark `index` by a robot at `truth`, if it is sighted. `is_upon` says that
-    /// the robot drives over it at this moment.
+    /// The sighting of landmark `index` by a robot at `truth`, if it is sighted. `is_upon` says
+    /// that the robot drives over it at this moment.
     pub(crate) fn sighting(
         &self,
         (index, landmark): (usize, Landmark),

@@ -13,7 +13,8 @@ use rand::{Rng, RngExt};
 
 use crate::corridors::Corridors;
 
-/// Distance of neighbouring rows and columns, in metres: with the jitter, places are 8 to 25 m apart.
+/// Distance of neighbouring rows and columns, in metres: with the jitter, places are 8 to 25 m
+/// apart.
 const SPACING_M: std::ops::Range<f64> = 9.5..23.5;
 /// A place is moved by up to this much along each axis, in metres.
 const JITTER_MAX_M: f64 = 0.75;
@@ -33,7 +34,7 @@ const LOOP_LENGTH_M: std::ops::RangeInclusive<f64> = 60.0..=120.0;
 /// A random building. The same generator gives the same building.
 pub fn random_building(rng: &mut impl Rng) -> Corridors {
     loop {
-        // About one draft in five will do.
+        // About every other draft will do.
         if let Some(building) = draft(rng).filter(is_fit) {
             return building;
         }
@@ -91,7 +92,8 @@ impl Lattice {
         self.indices[row * self.n_columns + column]
     }
 
-    /// Corridors that are built: a spanning tree, a share of the others, and perhaps a slanting one.
+    /// Corridors that are built: a spanning tree, a share of the others, and perhaps a slanting
+    /// one.
     fn corridors(&self, n_places: usize, rng: &mut impl Rng) -> Vec<[usize; 2]> {
         let mut candidates = self.neighbouring();
         candidates.shuffle(rng);

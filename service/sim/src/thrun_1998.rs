@@ -1,9 +1,9 @@
-//! The data sets of S. Thrun, W. Burgard and D. Fox, "A probabilistic approach to concurrent mapping
-//! and localization for mobile robots", Machine Learning 31 (1998), section 6, in kind: what the
-//! paper prints of them holds, the rest is made up and said here.
+//! The data sets of S. Thrun, W. Burgard and D. Fox, "A probabilistic approach to concurrent
+//! mapping and localization for mobile robots", Machine Learning 31 (1998), section 6, in kind:
+//! what the paper prints of them holds, the rest is made up and said here.
 //!
-//! Landmarks are all alike, and a button is pressed within 0.3 m of them. Errors are drawn until they
-//! end as printed.
+//! Landmarks are all alike, and a button is pressed within 0.3 m of them. Errors are drawn until
+//! they end as printed.
 
 use std::ops::RangeInclusive;
 
@@ -54,8 +54,8 @@ const FIRST_PLACES_M: [(f64, f64); 13] = [
     (0.0, 25.0),
     (-16.0, 25.0),
 ];
-/// The small loop and a little more (6 sightings), the large loop, closed at the 15th, and the large
-/// loop once more with the dead end beside it.
+/// The small loop and a little more (6 sightings), the large loop, closed at the 15th, and the
+/// large loop once more with the dead end beside it.
 const FIRST_WALK: [usize; 27] =
     [0, 1, 2, 3, 0, 1, 4, 5, 6, 7, 8, 9, 10, 11, 2, 1, 4, 5, 6, 7, 8, 9, 10, 11, 12, 11, 2];
 /// Sides of the large loop with carpet, by the y of both their ends, in metres: the drift is
@@ -66,9 +66,9 @@ const CARPETS_Y_M: [f64; 2] = [0.0, 25.0];
 /// controls, 27 sightings of 13 landmarks.
 ///
 /// The small loop is driven first: sightings 1 to 5, with little error (Fig. 7). The 15th sighting
-/// closes the large loop, more than 14 m off; from there on the robot is in known territory, but for
-/// one dead end (sighting 25). It ends 24.9 m off, about. In the two long corridors carpet turns the robot,
-/// in each by another amount.
+/// closes the large loop, more than 14 m off; from there on the robot is in known territory, but
+/// for one dead end (sighting 25). It ends 24.9 m off, about. In the two long corridors carpet
+/// turns the robot, in each by another amount.
 pub fn first_data_set(seed: u64) -> LandmarkTravel {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let landmarks = landmarks(&FIRST_PLACES_M);

@@ -17,8 +17,8 @@ const N_TRIES: usize = 200;
 
 /// A walk from place to place, beginning and ending at a landmark, on which the robot drives over
 /// landmarks `n_sightings` times, over all of them at least once, and over ones that it knows at
-/// the last four; it comes by a corridor that it did not know to a landmark that it did, which closes
-/// a loop. `None` if no such tour was found in 200.
+/// the last four; it comes by a corridor that it did not know to a landmark that it did, which
+/// closes a loop. `None` if no such tour was found in 200.
 pub fn tour(building: &Corridors, n_sightings: usize, rng: &mut impl Rng) -> Option<Vec<usize>> {
     (0..N_TRIES).find_map(|_| {
         let walk = walk(building, n_sightings, rng)?;

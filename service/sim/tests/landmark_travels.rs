@@ -102,6 +102,10 @@ fn data_sets_are_as_printed() {
         assert!((80.0..=90.0).contains(&turn_rad.to_degrees()), "almost 90°: {turn_rad} rad");
         let again = museum_again(seed);
         check(&again, again.n_controls(), 22, 10.0..=25.0);
+        for met in [seen(&hall), seen(&again)] {
+            let n_met = |marker| met.iter().filter(|&&landmark| landmark == marker).count();
+            assert!((0..9).all(|marker| 2 <= n_met(marker)), "every marker twice: {met:?}");
+        }
         assert_eq!(hall.landmarks, again.landmarks, "the same nine markers");
         assert_eq!(hall.landmarks.len(), 9, "the same nine markers");
         assert_ne!(seen(&hall)[0], seen(&again)[0], "from another start");
