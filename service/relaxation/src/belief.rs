@@ -92,6 +92,16 @@ impl Belief {
         Self { layers }
     }
 
+    /// A layer made from each.
+    pub(crate) fn each_layer(&self, make: impl Fn(&Layer) -> Layer) -> Vec<Layer> {
+        self.layers.iter().map(make).collect()
+    }
+
+    /// A layer made from each, told its heading.
+    pub(crate) fn with_each_layer(&self, make: impl Fn(u32, &Layer) -> Layer) -> Vec<Layer> {
+        (0..).zip(&self.layers).map(|(heading, layer)| make(heading, layer)).collect()
+    }
+
     /// Cells held.
     pub fn n_cells(&self) -> usize {
         self.layers.iter().map(|layer| layer.weights().len()).sum()

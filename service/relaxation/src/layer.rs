@@ -41,6 +41,10 @@ impl Layer {
         &self.weights
     }
 
+    pub(crate) fn into_weights(self) -> Vec<f32> {
+        self.weights
+    }
+
     pub(crate) fn is_empty(&self) -> bool {
         self.weights.is_empty()
     }
@@ -73,14 +77,19 @@ impl Layer {
 
     /// Zeros in the same shape, of which the same may be written to.
     pub(crate) fn same_shape(&self) -> Self {
-        Self { window: self.window, weights: vec![0.0; self.weights.len()], spans: self.spans.clone() }
+        Self {
+            window: self.window,
+            weights: vec![0.0; self.weights.len()],
+            spans: self.spans.clone(),
+        }
     }
 
     /// Nodes with a weight, and the weights.
     pub(crate) fn entries(&self) -> impl Iterator<Item = (i32, i32, f32)> {
-        self.window.nodes().zip(&self.weights).filter_map(|((x, y), &weight)| {
-            (weight > 0.0).then_some((x, y, weight))
-        })
+        self.window
+            .nodes()
+            .zip(&self.weights)
+            .filter_map(|((x, y), &weight)| (weight > 0.0).then_some((x, y, weight)))
     }
 
     /// The part of `window` in a layer of its own.

@@ -161,7 +161,13 @@ impl Perception {
 
     /// `k + sum over c of g(z | c, xi) odds_t(c)` for one sighting from one heading, per square
     /// metre, where `shape` has cells.
-    pub(crate) fn density(&self, grid: &PoseGrid, seen: &Seen, heading: u32, shape: &Layer) -> Layer {
+    pub(crate) fn density(
+        &self,
+        grid: &PoseGrid,
+        seen: &Seen,
+        heading: u32,
+        shape: &Layer,
+    ) -> Layer {
         let mut sum = shape.same_shape();
         let mut scratch = Vec::new();
         for stencil in seen.stencils(grid, heading, false) {
@@ -224,11 +230,10 @@ fn multiply(product: &mut [f64], window: Window, factors: &Layer, scale: f64) {
     let common = window.intersection(factors.window());
     for y in common.y..common.top() {
         let (x, row) = factors.row(y);
-        let Some(index) = window.index_of(x.max(common.x), y) else { continue };
-        let skipped = usize::try_from(common.x - x).unwrap_or(0).min(row.len());
-        for (value, &factor) in product[index..].iter_mut().zip(&row[skipped..]) {
-            *value *= f64::from(factor) * scale;
+        for (x, &factor) in (x..common.right()).zip(row) {
+            if let Some(index) = window.index_of(x, y) {
+                product[index] *= f64::from(factor) * scale;
+            }
         }
     }
 }
-

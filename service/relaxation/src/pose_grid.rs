@@ -129,7 +129,10 @@ impl PoseGrid {
     /// What the grid covers.
     pub fn area(&self) -> Area {
         let last = (self.window.right() - 1, self.window.top() - 1);
-        Area { min: self.point_of(self.window.x, self.window.y), max: self.point_of(last.0, last.1) }
+        Area {
+            min: self.point_of(self.window.x, self.window.y),
+            max: self.point_of(last.0, last.1),
+        }
     }
 
     /// Number of nodes in the plane.

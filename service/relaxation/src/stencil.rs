@@ -60,7 +60,8 @@ impl Stencil {
         for row in &self.rows {
             let width = i32::try_from(row.end - row.start).unwrap_or(i32::MAX);
             let x = source.x - row.x - width + 1;
-            let window = Window { x, y: source.y - row.y, width: source.width + width - 1, ..source };
+            let window =
+                Window { x, y: source.y - row.y, width: source.width + width - 1, ..source };
             all = all.union(window);
         }
         all
@@ -105,7 +106,7 @@ fn turned(table: &Layer, n_quarters: u32) -> Layer {
         2 => Window { x: -right, y: -top, width, height },
         _ => Window { x: y, y: -right, width: height, height: width },
     };
-    let weight = |(x, y)| match n_quarters {
+    let weight = |(x, y): (i32, i32)| match n_quarters {
         1 => table.at(y, -x),
         2 => table.at(-x, -y),
         _ => table.at(-y, x),
@@ -222,7 +223,7 @@ mod tests {
                     let products = reference(&table, quarters, &source, x, y);
                     let expected = match combine {
                         Combine::Sum => products.iter().sum::<f32>(),
-                        Combine::Max => products.iter().fold(0.0, |max, &product| max.max(product)),
+                        Combine::Max => products.iter().fold(0.0_f32, |max, &product| max.max(product)),
                     };
                     prop_assert!((drawn.at(x, y) - expected).abs() < 1e-5);
                 }
