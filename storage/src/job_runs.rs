@@ -24,7 +24,16 @@ pub struct JobReport<'a> {
     /// Where to go on after a crash; `None` leaves the last one.
     pub checkpoint: Option<&'a [u8]>,
     /// A line for the log.
-    pub log_line: Option<&'a str>,
+    pub log_line: Option<NewLogLine<'a>>,
+}
+
+/// A line to be written to a job's log.
+#[derive(Clone, Copy, Debug)]
+pub struct NewLogLine<'a> {
+    /// For people.
+    pub text: &'a str,
+    /// For programs, opaque; `None` if there are none.
+    pub figures: Option<&'a [u8]>,
 }
 
 /// What a running job is told.
@@ -41,6 +50,8 @@ pub enum JobOutcome {
     Succeeded {
         /// The version it made; 0 if none.
         version: u64,
+        /// What came of it beside a version, opaque.
+        result: Option<Vec<u8>>,
     },
     /// Not done.
     Failed {
@@ -55,8 +66,9 @@ pub enum JobOutcome {
 
 impl Store {
     /// Takes the next job that nobody does until `now_ns + ttl_ns`, both in nanoseconds: queued,
-    /// or running with a lease that ran out. A map's jobs are done one after the other, in the
-    /// order of their creation. `None` if there is nothing to do.
+    /// or running with a lease that ran out. Higher priority goes first, then age. A map's jobs
+    /// are done one after the other: one that was begun is ended before another one begins.
+    /// `None` if there is nothing to do.
     ///
     /// # Errors
     /// Those of writing.
@@ -119,11 +131,12 @@ async fn claim(
              where first.state in (1, 2)
                  and (first.state = 1 or first.lease_expire_time_ns <= $2)
                  and not exists (
-                     select 1 from jobs as earlier
-                     where earlier.map_id = first.map_id and earlier.state in (1, 2)
-                         and earlier.position < first.position
+                     select 1 from jobs as other
+                     where other.map_id = first.map_id and other.state in (1, 2)
+                         and (other.state, other.priority, -other.position)
+                             > (first.state, first.priority, -first.position)
                  )
-             order by first.position limit 1
+             order by first.priority desc, first.position limit 1
          )
          returning *",
     )
@@ -165,16 +178,37 @@ async fn heartbeat(
     Ok(JobHeartbeat { cancel_requested })
 }
 
+/// Keeps a job's checkpoint inside a transaction that holds more.
+///
+/// # Errors
+/// [`Error::LeaseLost`].
+pub(crate) async fn hold_checkpoint(
+    connection: &mut SqliteConnection,
+    id: JobId,
+    fence: u64,
+    checkpoint: &[u8],
+) -> Result<(), Error> {
+    let held =
+        sqlx::query("update jobs set checkpoint = $1 where id = $2 and fence = $3 and state = 2")
+            .bind(checkpoint)
+            .bind(id)
+            .bind(to_sql(fence))
+            .execute(connection)
+            .await?;
+    if held.rows_affected() == 0 { Err(Error::LeaseLost) } else { Ok(()) }
+}
+
 async fn push_log_line(
     connection: &mut SqliteConnection,
     id: JobId,
     time_ns: i64,
-    line: &str,
+    line: NewLogLine<'_>,
 ) -> Result<(), Error> {
-    sqlx::query("insert into job_log (job_id, time_ns, text) values ($1, $2, $3)")
+    sqlx::query("insert into job_log (job_id, time_ns, text, figures) values ($1, $2, $3, $4)")
         .bind(id)
         .bind(time_ns)
-        .bind(line)
+        .bind(line.text)
+        .bind(line.figures)
         .execute(&mut *connection)
         .await?;
     sqlx::query(
@@ -198,13 +232,17 @@ async fn finish(
     outcome: &JobOutcome,
 ) -> Result<JobRecord, Error> {
     let (state, version, error) = match outcome {
-        JobOutcome::Succeeded { version } => (JobState::Succeeded, *version, None),
+        JobOutcome::Succeeded { version, .. } => (JobState::Succeeded, *version, None),
         JobOutcome::Failed { code, message } => (JobState::Failed, 0, Some((code, message))),
         JobOutcome::Cancelled => (JobState::Cancelled, 0, None),
     };
+    let result = match outcome {
+        JobOutcome::Succeeded { result, .. } => result.as_deref(),
+        JobOutcome::Failed { .. } | JobOutcome::Cancelled => None,
+    };
     let done = sqlx::query(
         "update jobs set state = $1, result_version = $2, error_code = $3, error_message = $4,
-             update_time_ns = $5, owner = null,
+             update_time_ns = $5, owner = null, result = $8, checkpoint = null,
              progress = case when $1 = 3 then 1.0 else progress end
          where id = $6 and fence = $7 and state = 2",
     )
@@ -215,6 +253,7 @@ async fn finish(
     .bind(now_ns)
     .bind(id)
     .bind(to_sql(fence))
+    .bind(result)
     .execute(&mut *connection)
     .await?;
     if done.rows_affected() == 0 {

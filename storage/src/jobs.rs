@@ -16,6 +16,8 @@ pub struct NewJob {
     pub kind: String,
     /// How, opaque.
     pub params: Vec<u8>,
+    /// Higher goes first; among equals the older.
+    pub priority: i32,
     /// The service's clock, nanoseconds since 1970.
     pub time_ns: i64,
 }
@@ -47,14 +49,18 @@ pub struct JobRecord {
     pub kind: String,
     /// How, opaque.
     pub params: Vec<u8>,
+    /// Higher goes first; among equals the older.
+    pub priority: i32,
     /// How far it has come.
     pub state: JobState,
     /// Share done, 0 to 1.
     pub progress: f64,
-    /// When (nanoseconds since 1970) and what, oldest first: the last [`LOG_LINES_MAX`] lines.
-    pub log: Vec<(i64, String)>,
+    /// Oldest first: the last [`LOG_LINES_MAX`] lines.
+    pub log: Vec<LogLine>,
     /// The version it made; 0 if none.
     pub result_version: u64,
+    /// What came of it beside a version, opaque; `None` if nothing did.
+    pub result: Option<Vec<u8>>,
     /// Why it failed: a code for programs and a message for people.
     pub error: Option<(String, String)>,
     /// When it was asked for, nanoseconds since 1970.
@@ -69,6 +75,17 @@ pub struct JobRecord {
     pub checkpoint: Option<Vec<u8>>,
 }
 
+/// A line of a job's log.
+#[derive(Clone, Debug, PartialEq, Eq, sqlx::FromRow)]
+pub struct LogLine {
+    /// When it was written, nanoseconds since 1970.
+    pub time_ns: i64,
+    /// For people.
+    pub text: String,
+    /// For programs, opaque; `None` if there are none.
+    pub figures: Option<Vec<u8>>,
+}
+
 /// Lines of a job's log that are kept.
 pub const LOG_LINES_MAX: u32 = 1000;
 
@@ -78,10 +95,12 @@ pub(crate) struct Row {
     map_id: MapId,
     kind: String,
     params: Vec<u8>,
+    priority: i32,
     state: JobState,
     progress: f64,
     #[sqlx(try_from = "i64")]
     result_version: u64,
+    result: Option<Vec<u8>>,
     error_code: Option<String>,
     error_message: Option<String>,
     create_time_ns: i64,
@@ -94,16 +113,18 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    pub(crate) fn into_record(self, log: Vec<(i64, String)>) -> JobRecord {
+    pub(crate) fn into_record(self, log: Vec<LogLine>) -> JobRecord {
         JobRecord {
             id: self.id,
             map: self.map_id,
             kind: self.kind,
             params: self.params,
+            priority: self.priority,
             state: self.state,
             progress: self.progress,
             log,
             result_version: self.result_version,
+            result: self.result,
             error: self.error_code.zip(self.error_message),
             create_time_ns: self.create_time_ns,
             update_time_ns: self.update_time_ns,
@@ -200,25 +221,27 @@ pub(crate) async fn require_job(
 pub(crate) async fn log(
     executor: impl SqliteExecutor<'_>,
     id: JobId,
-) -> Result<Vec<(i64, String)>, Error> {
-    let lines =
-        sqlx::query_as("select time_ns, text from job_log where job_id = $1 order by position")
-            .bind(id)
-            .fetch_all(executor)
-            .await?;
+) -> Result<Vec<LogLine>, Error> {
+    let lines = sqlx::query_as(
+        "select time_ns, text, figures from job_log where job_id = $1 order by position",
+    )
+    .bind(id)
+    .fetch_all(executor)
+    .await?;
     Ok(lines)
 }
 
 async fn insert(connection: &mut SqliteConnection, new: &NewJob) -> Result<JobRecord, Error> {
     require_map(&mut *connection, &new.map).await?;
     sqlx::query(
-        "insert into jobs (id, map_id, kind, params, state, create_time_ns, update_time_ns)
-         values ($1, $2, $3, $4, $5, $6, $6)",
+        "insert into jobs (id, map_id, kind, params, priority, state, create_time_ns, update_time_ns)
+         values ($1, $2, $3, $4, $5, $6, $7, $7)",
     )
     .bind(new.id)
     .bind(&new.map)
     .bind(&new.kind)
     .bind(new.params.as_slice())
+    .bind(new.priority)
     .bind(JobState::Queued)
     .bind(new.time_ns)
     .execute(&mut *connection)

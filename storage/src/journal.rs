@@ -20,6 +20,7 @@ pub(crate) enum Kind {
     VersionPublished = 7,
     MapImported = 8,
     CostDecided = 9,
+    SessionsRelaxed = 10,
 }
 
 /// Something that happened, with its place in the journal.
@@ -90,6 +91,11 @@ pub enum JournalEvent {
     /// Something was closed, priced, drawn or taken back on top of the map.
     CostDecided {
         /// What was decided, opaque.
+        payload: Vec<u8>,
+    },
+    /// A job found out where robots had been.
+    SessionsRelaxed {
+        /// What it found, opaque.
         payload: Vec<u8>,
     },
 }
@@ -336,6 +342,9 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         Kind::SessionFenced => JournalEvent::SessionFenced { session: session(&row)? },
         Kind::MapImported => JournalEvent::MapImported { payload: payload(row, "an import")? },
         Kind::CostDecided => JournalEvent::CostDecided { payload: payload(row, "a cost")? },
+        Kind::SessionsRelaxed => {
+            JournalEvent::SessionsRelaxed { payload: payload(row, "a relaxation")? }
+        }
     };
     Ok(JournalEntry { seq, receive_time_ns, event })
 }

@@ -3,6 +3,7 @@
 use sqlx::{SqliteConnection, SqliteExecutor};
 
 use crate::journal::{Kind, NewEvent, record_event};
+use crate::landmark_sets::insert_landmarks;
 use crate::leases::require_lease;
 use crate::maps::require_map;
 use crate::number::to_sql;
@@ -36,6 +37,8 @@ pub struct NewSnapshot {
     pub tiles: Vec<NewTile>,
     /// Regions, graph and ids of the grid; `None` if it has none.
     pub topology: Option<NewTopology>,
+    /// Landmarks, opaque; `None` if there are none.
+    pub landmarks: Option<Vec<u8>>,
     /// What changed in the trajectories: one entry a session at most.
     pub poses: Vec<NewPoses>,
     /// The service's clock, nanoseconds since 1970.
@@ -128,8 +131,10 @@ impl Store {
         let tiles: Vec<PackedContent> = new.tiles.iter().filter_map(fresh).collect();
         let topology = new.topology.as_ref();
         let topology = topology.and_then(|new| Some(pack(new.hash, new.bytes.as_deref()?)));
+        let landmarks = new.landmarks.as_deref();
+        let landmarks = landmarks.map(|bytes| pack(ContentHash::of(bytes), bytes));
         let mut write = self.write().await?;
-        let packed = Packed { tiles, topology };
+        let packed = Packed { tiles, topology, landmarks };
         let result = insert_snapshot(&mut write.connection, new, &packed).await;
         write.end(result).await
     }
@@ -264,6 +269,7 @@ async fn require_version(
 struct Packed {
     tiles: Vec<PackedContent>,
     topology: Option<PackedContent>,
+    landmarks: Option<PackedContent>,
 }
 
 async fn insert_snapshot(
@@ -275,7 +281,10 @@ async fn insert_snapshot(
     require_lease(&mut *connection, &new.lease).await?;
     let number = map.latest_version + 1;
     insert_tiles(&mut *connection, &packed.tiles).await?;
-    insert_version(&mut *connection, new, number).await?;
+    if let Some(landmarks) = &packed.landmarks {
+        insert_landmarks(&mut *connection, landmarks).await?;
+    }
+    insert_version(&mut *connection, new, number, packed.landmarks.as_ref()).await?;
     if let Some(topology) = &new.topology {
         let content = packed.topology.as_ref();
         save_topology(&mut *connection, &new.map, number, topology, content).await?;
@@ -298,11 +307,12 @@ async fn insert_version(
     connection: &mut SqliteConnection,
     new: &NewSnapshot,
     number: u64,
+    landmarks: Option<&PackedContent>,
 ) -> Result<(), Error> {
     sqlx::query(
         "insert into map_versions (map_id, number, journal_seq, n_scans, x_min_m, y_min_m,
-             x_max_m, y_max_m, origin, create_time_ns, manifest, topology_hash)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+             x_max_m, y_max_m, origin, create_time_ns, manifest, topology_hash, landmarks_hash)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
     )
     .bind(&new.map)
     .bind(to_sql(number))
@@ -316,6 +326,7 @@ async fn insert_version(
     .bind(new.time_ns)
     .bind(manifest::encode(new.tiles.iter().map(|tile| (tile.key, tile.hash))))
     .bind(new.topology.as_ref().map(|topology| topology.hash.0.to_vec()))
+    .bind(landmarks.map(|landmarks| landmarks.hash.0.to_vec()))
     .execute(connection)
     .await?;
     Ok(())

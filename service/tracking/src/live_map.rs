@@ -78,6 +78,7 @@ impl LiveMap {
         match &observation.kind {
             ObservationKind::OdometryPose(pose) => {
                 tracker.odometry.add_pose(stamp_ns, *pose);
+                chain_if_reckoned(tracker, stamp_ns);
                 None
             }
             &ObservationKind::OdometryVelocity {
@@ -87,6 +88,7 @@ impl LiveMap {
             } => {
                 let velocity = Velocity { forward_m_per_s, left_m_per_s, turn_rad_per_s };
                 tracker.odometry.add_velocity(stamp_ns, velocity);
+                chain_if_reckoned(tracker, stamp_ns);
                 None
             }
             ObservationKind::LaserScan { sensor, ranges_m } => {
@@ -97,10 +99,59 @@ impl LiveMap {
             }
             ObservationKind::SonarScan { sensor }
             | ObservationKind::LandmarkSighting { sensor } => {
+                reckon_if_reckoned(tracker, stamp_ns);
                 Some(estimate_by_odometry(tracker, stamp_ns, Some(*sensor)))
             }
-            ObservationKind::Mark => Some(estimate_by_odometry(tracker, stamp_ns, None)),
+            ObservationKind::Mark => {
+                reckon_if_reckoned(tracker, stamp_ns);
+                Some(estimate_by_odometry(tracker, stamp_ns, None))
+            }
         }
+    }
+
+    /// Takes one observation at which the robot's pose is known from elsewhere: a scan is drawn there
+    /// without being matched, and tracking goes on from it. Of odometry, the pose is not used.
+    /// Otherwise as [`LiveMap::apply`]; a pose that is not finite is not believed.
+    pub fn apply_at(
+        &mut self,
+        key: SessionKey,
+        observation: &Observation,
+        map_from_robot: Pose,
+    ) -> Option<Estimate> {
+        let stamp_ns = observation.stamp_ns;
+        let sensor = match &observation.kind {
+            ObservationKind::OdometryPose(_) | ObservationKind::OdometryVelocity { .. } => {
+                return self.apply(key, observation);
+            }
+            _ if !map_from_robot.is_finite() => return self.apply(key, observation),
+            ObservationKind::Mark => None,
+            ObservationKind::LaserScan { sensor, .. }
+            | ObservationKind::SonarScan { sensor }
+            | ObservationKind::LandmarkSighting { sensor } => Some(*sensor),
+        };
+        let tracker = self.sessions.get_mut(&key)?;
+        let mut drawn = false;
+        if let ObservationKind::LaserScan { sensor, ranges_m } = &observation.kind {
+            let declared = tracker.config.sensors.get(*sensor)?;
+            let SensorKind::Laser(geometry) = declared.kind else { return None };
+            let map_from_sensor = map_from_robot * declared.robot_from_sensor;
+            drawn = tracker.place(stamp_ns, map_from_robot, &self.params.trust);
+            if drawn {
+                tracker.state.drawn_at = Some(map_from_robot);
+                self.draw(map_from_sensor, &geometry, ranges_m);
+            }
+        } else {
+            tracker.place(stamp_ns, map_from_robot, &self.params.trust);
+        }
+        let tracker = self.sessions.get(&key)?;
+        Some(Estimate { drawn, ..estimate_by_odometry(tracker, stamp_ns, sensor) })
+    }
+
+    fn draw(&mut self, map_from_sensor: Pose, geometry: &LaserGeometry, ranges_m: &[f32]) {
+        let model = &self.params.beam_model;
+        self.grid.insert_scan(map_from_sensor, geometry, ranges_m, model, &mut self.marks);
+        self.field.update(&self.grid, self.marks.changed());
+        self.n_drawn += 1;
     }
 
     fn apply_scan(
@@ -116,16 +167,11 @@ impl LiveMap {
         let points = scan_points(robot_from_sensor, &geometry, ranges_m, limits);
         let chart = Chart { grid: &self.grid, field: &self.field };
         let tracked = tracker.track(stamp_ns, &points, chart, &self.params);
+        let estimate = estimate_by_odometry(tracker, stamp_ns, Some(sensor));
         if tracked.draw {
-            let map_from_sensor = tracked.map_from_robot * robot_from_sensor;
-            let model = &self.params.beam_model;
-            self.grid.insert_scan(map_from_sensor, &geometry, ranges_m, model, &mut self.marks);
-            self.field.update(&self.grid, self.marks.changed());
-            self.n_drawn += 1;
+            self.draw(tracked.map_from_robot * robot_from_sensor, &geometry, ranges_m);
         }
-        let mut estimate = estimate_by_odometry(tracker, stamp_ns, Some(sensor));
-        estimate.drawn = tracked.draw;
-        Some(estimate)
+        Some(Estimate { drawn: tracked.draw, ..estimate })
     }
 
     /// The grid drawn so far. Cloning it is cheap.
@@ -172,6 +218,19 @@ impl LiveMap {
         }
         reader.finish()?;
         Ok(map)
+    }
+}
+
+/// A session without a laser is where its odometry says, from its start on.
+fn chain_if_reckoned(tracker: &mut Tracker, stamp_ns: i64) {
+    if tracker.is_reckoned() {
+        tracker.chain_odometry(stamp_ns);
+    }
+}
+
+fn reckon_if_reckoned(tracker: &mut Tracker, stamp_ns: i64) {
+    if tracker.is_reckoned() {
+        tracker.reckon(stamp_ns);
     }
 }
 

@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use meetpoint_geometry::{Pose, angle_between};
 
 use crate::matcher::{Chart, Match, Matcher};
-use crate::observation::SessionConfig;
+use crate::observation::{SensorKind, SessionConfig};
 use crate::odometry::{Odometry, seconds_between};
 use crate::params::{MappingParams, MatchParams, TrustParams};
 use crate::points::ScanPoint;
@@ -132,6 +132,31 @@ impl Tracker {
             APART_MIN_M < way.distance_m() || APART_MIN_RAD < way.theta_rad.abs()
         };
         [Some(here), onwards].into_iter().flatten().filter(apart).collect()
+    }
+
+    /// True if nothing but its own reckoning tells where the robot is.
+    pub(crate) fn is_reckoned(&self) -> bool {
+        !self.config.sensors.iter().any(|sensor| matches!(sensor.kind, SensorKind::Laser(_)))
+    }
+
+    /// Chains the odometry that has just come to where the robot is, if it is not chained yet.
+    pub(crate) fn chain_odometry(&mut self, stamp_ns: i64) {
+        if self.state.odometry_from_robot.is_none() {
+            self.settle(stamp_ns, self.state.map_from_robot, 0);
+        }
+    }
+
+    /// Goes on by reckoning alone.
+    pub(crate) fn reckon(&mut self, stamp_ns: i64) {
+        self.settle(stamp_ns, self.predicted(stamp_ns), 0);
+    }
+
+    /// Puts the robot where it is known to be, and says whether a scan is to be drawn there.
+    pub(crate) fn place(&mut self, stamp_ns: i64, pose: Pose, trust: &TrustParams) -> bool {
+        let draw = self.moved_since_drawn(pose, trust);
+        self.settle(stamp_ns, pose, 0);
+        self.state.adrift = false;
+        draw
     }
 
     /// Takes a scan: matches its points (in the robot's frame) and says whether to draw it.

@@ -328,3 +328,52 @@ proptest! {
         prop_assert!(restored(&state[..n.min(state.len() - 1)]).is_err(), "cut short");
     }
 }
+
+fn reckoned(map: &mut LiveMap, stamp_ns: i64, kind: ObservationKind) -> Option<Pose> {
+    let estimate = map.apply(ROBOT, &Observation { stamp_ns, kind });
+    estimate.map(|estimate| estimate.map_from_robot)
+}
+
+#[test]
+fn without_a_laser_the_robot_is_where_its_odometry_says() {
+    let mut map = LiveMap::new(MappingParams::INDOOR, RESOLUTION_M).expect("a length");
+    let start = Pose::new(1.0, 2.0, 0.5);
+    map.open_session(ROBOT, SessionConfig { map_from_start: start, sensors: Vec::new() });
+    let odometry = |x_m| ObservationKind::OdometryPose(Pose::new(x_m, 7.0, 0.0));
+    assert_eq!(reckoned(&mut map, 1, odometry(10.0)), None, "odometry has no pose of its own");
+    assert_eq!(reckoned(&mut map, 1, ObservationKind::Mark), Some(start), "at its start");
+    reckoned(&mut map, 2, odometry(13.0));
+    let there = start * Pose::new(3.0, 0.0, 0.0);
+    assert_eq!(reckoned(&mut map, 2, ObservationKind::Mark), Some(there), "3 m on");
+    map.break_odometry(ROBOT);
+    reckoned(&mut map, 3, odometry(50.0));
+    assert_eq!(reckoned(&mut map, 3, ObservationKind::Mark), Some(there), "over a hole it stands");
+    reckoned(&mut map, 4, odometry(51.0));
+    let farther = there * Pose::new(1.0, 0.0, 0.0);
+    assert_eq!(reckoned(&mut map, 4, ObservationKind::Mark), Some(farther), "and goes on");
+}
+
+#[test]
+fn known_poses_are_drawn_at_and_gone_on_from() {
+    let (world, drive) = (DrawnWorld::new(OFFICE), office_drive());
+    let mut map = LiveMap::new(MappingParams::INDOOR, RESOLUTION_M).expect("a length");
+    let laser = Sensor { robot_from_sensor: Pose::IDENTITY, kind: SensorKind::Laser(LASER) };
+    map.open_session(ROBOT, SessionConfig { map_from_start: drive[0], sensors: vec![laser] });
+    let half = drive.len() / 2;
+    for (index, &truth) in drive.iter().enumerate() {
+        let stamp_ns = 1_000_000_000 + i64::try_from(index).expect("few") * 100_000_000;
+        let odometry = ObservationKind::OdometryPose(truth);
+        map.apply(ROBOT, &Observation { stamp_ns, kind: odometry });
+        let kind = ObservationKind::LaserScan { sensor: 0, ranges_m: world.scan(truth, index) };
+        let scan = Observation { stamp_ns, kind };
+        if index < half {
+            let estimate = map.apply_at(ROBOT, &scan, truth).expect("it is open");
+            assert_eq!((estimate.map_from_robot, estimate.lost), (truth, false), "as told");
+        } else {
+            let estimate = map.apply(ROBOT, &scan).expect("it is open");
+            let off_m = truth.step_to(estimate.map_from_robot).distance_m();
+            assert!(off_m < DRIFT_MAX_M && !estimate.lost, "{off_m} m at {index}");
+        }
+    }
+    assert!(30 < map.n_drawn(), "{} scans drawn", map.n_drawn());
+}

@@ -11,6 +11,7 @@ mod journal;
 mod leases;
 mod maps;
 mod migrations;
+mod relaxations;
 mod replies;
 mod sessions;
 mod topologies;

@@ -24,6 +24,7 @@ pub(crate) fn snapshot(lease: &MapLease) -> NewSnapshot {
         state: b"state".to_vec(),
         tiles: Vec::new(),
         topology: None,
+        landmarks: None,
         poses: Vec::new(),
         time_ns: 500,
     }
@@ -166,4 +167,21 @@ async fn a_lost_lease_saves_nothing() {
     store.release_all_leases().await.expect("writing works");
     let saved = store.save_snapshot(&snapshot(&new)).await;
     assert!(matches!(saved, Err(Error::LeaseLost)), "all leases are void");
+}
+
+#[tokio::test]
+async fn landmarks_belong_to_versions() {
+    let Fixture { store, .. } = &Fixture::new().await;
+    let lease = lease(store).await;
+    for landmarks in [None, Some(b"two doors".to_vec()), Some(b"two doors".to_vec())] {
+        let new = NewSnapshot { landmarks, ..snapshot(&lease) };
+        store.save_snapshot(&new).await.expect("the lease is in force");
+    }
+    let of = async |number| store.landmarks(&hall(), number).await;
+    assert_eq!(of(1).await.expect("reading works"), None, "none");
+    for number in [2, 3] {
+        let found = of(number).await.expect("reading works");
+        assert_eq!(found.as_deref(), Some(&b"two doors"[..]), "as they were saved");
+    }
+    assert!(matches!(of(4).await, Err(Error::NoSuchVersion { number: 4, .. })), "no such version");
 }

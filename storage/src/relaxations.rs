@@ -1,0 +1,107 @@
+//! Relaxations: what jobs found out about the past of sessions, each a decision that the journal
+//! keeps. Maps are drawn by them from then on.
+
+use sqlx::SqliteConnection;
+
+use crate::job_runs::hold_checkpoint;
+use crate::journal::Kind;
+use crate::maps::require_map;
+use crate::{ContentHash, Error, JobId, JournalSeq, MapId, Store};
+
+/// What a job found, to be recorded.
+#[derive(Clone, Debug)]
+pub struct NewRelaxation {
+    /// The map.
+    pub map: MapId,
+    /// The job.
+    pub job: JobId,
+    /// The right to write for it.
+    pub fence: u64,
+    /// What was found, opaque.
+    pub payload: Vec<u8>,
+    /// Where the job goes on after a crash, opaque: kept if and only if the decision is.
+    pub checkpoint: Vec<u8>,
+    /// The service's clock, nanoseconds since 1970.
+    pub time_ns: i64,
+}
+
+/// A relaxation as it is stored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RelaxationRecord {
+    /// Its place in the journal.
+    pub seq: JournalSeq,
+    /// What was found, opaque.
+    pub payload: Vec<u8>,
+}
+
+#[derive(sqlx::FromRow)]
+struct Row {
+    seq: JournalSeq,
+    content_hash: Vec<u8>,
+    payload: Vec<u8>,
+}
+
+impl Store {
+    /// Records what a job found, together with the job's checkpoint: its place in the journal.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMap`]; [`Error::LeaseLost`] if the fence is not the one in force or the job
+    /// has ended.
+    pub async fn record_relaxation(&self, new: &NewRelaxation) -> Result<JournalSeq, Error> {
+        let content_hash = ContentHash::of(&new.payload);
+        let mut write = self.write().await?;
+        let result = record(&mut write.connection, new, content_hash).await;
+        write.end(result).await
+    }
+
+    /// The relaxations of a map up to `through`, in order.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if one does not have its hash any more.
+    pub async fn relaxations(
+        &self,
+        map: &MapId,
+        through: JournalSeq,
+    ) -> Result<Vec<RelaxationRecord>, Error> {
+        let rows: Vec<Row> = sqlx::query_as(
+            "select seq, content_hash, payload from journal
+             where map_id = $1 and 8 <= kind and kind = $2 and seq <= $3 order by seq",
+        )
+        .bind(map)
+        .bind(Kind::SessionsRelaxed)
+        .bind(through)
+        .fetch_all(self.readers())
+        .await?;
+        rows.into_iter().map(checked).collect()
+    }
+}
+
+async fn record(
+    connection: &mut SqliteConnection,
+    new: &NewRelaxation,
+    content_hash: ContentHash,
+) -> Result<JournalSeq, Error> {
+    require_map(&mut *connection, &new.map).await?;
+    hold_checkpoint(&mut *connection, new.job, new.fence, &new.checkpoint).await?;
+    let seq = sqlx::query_scalar(
+        "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
+         values ($1, $2, $3, $4, $5) returning seq",
+    )
+    .bind(&new.map)
+    .bind(Kind::SessionsRelaxed)
+    .bind(new.time_ns)
+    .bind(content_hash.0.as_slice())
+    .bind(new.payload.as_slice())
+    .fetch_one(connection)
+    .await?;
+    Ok(seq)
+}
+
+fn checked(row: Row) -> Result<RelaxationRecord, Error> {
+    let Row { seq, content_hash, payload } = row;
+    let hash = ContentHash::from_column(&content_hash)?;
+    if ContentHash::of(&payload) != hash {
+        return Err(Error::Damaged(format!("entry {seq} does not have the hash {hash}")));
+    }
+    Ok(RelaxationRecord { seq, payload })
+}
