@@ -135,6 +135,7 @@ impl<'a> Em<'a> {
         let perception = self.perception();
         let posterior = self.e_step(perception.as_ref());
         let before = self.map.as_ref().zip(perception.as_ref());
+        let before = before.filter(|_| iteration > self.params.map.n_even_iterations);
         let before = before.map(|(map, perception)| Before { map, perception });
         let map_params = (&self.params.map, &self.params.perception, &self.view());
         let map = m_step::map(

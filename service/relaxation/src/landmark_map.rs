@@ -32,6 +32,11 @@ impl LandmarkMap {
                 }
             }
         }
+        Self::restored(grid, kinds, by_kind)
+    }
+
+    /// The very probabilities that another map had.
+    pub(crate) fn restored(grid: PoseGrid, kinds: Kinds, by_kind: Vec<Vec<f32>>) -> Self {
         let layers = by_kind.into_iter().map(|kind| Layer::new(grid.window(), kind)).collect();
         Self { grid, kinds, layers }
     }

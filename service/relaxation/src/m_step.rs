@@ -31,28 +31,27 @@ use crate::side_by_side::side_by_side;
 use crate::stencil::{Combine, Stencil};
 use crate::window::Window;
 
-/// Which landmark a sighting is of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Responsibility {
-    /// Any place may hold it, whatever the map says: equation (21), the paper's. Landmarks stay as
-    /// wide as the errors of position and perception together, and near ones grow into each other.
-    Even,
-    /// Places count as the current map says: equation (20). The likelihood never falls, and
-    /// landmarks contract to where all their sightings agree.
-    Current,
-}
-
 /// How counts become probabilities.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapParams {
-    /// How a sighting counts.
-    pub responsibility: Responsibility,
+    /// So many iterations count by (21), as the paper does in all of them: any place may hold a
+    /// sighting's landmark, whatever the map says, so that landmarks stay as wide as the errors of
+    /// position and perception together, and false ones fade slowly. Later ones count by (20): the
+    /// likelihood never falls, and landmarks contract to where all their sightings agree, which
+    /// is sure and fast but must not come too early.
+    pub n_even_iterations: u32,
     /// Times that every place is taken to have been looked at in vain beforehand, so that a
     /// single sighting makes no certain landmark; 0 for the paper's frequencies.
     pub n_seen_nothing: f64,
 }
 
-/// What the M-step takes from the map before; there is none at first.
+impl MapParams {
+    /// The paper's counts, but for a tenth of a look beforehand, which keeps places at the rim of
+    /// what was seen from becoming landmarks.
+    pub const THRUN_1998: Self = Self { n_even_iterations: u32::MAX, n_seen_nothing: 0.1 };
+}
+
+/// The map before, for those who count by (20).
 pub(crate) struct Before<'a> {
     pub(crate) map: &'a LandmarkMap,
     pub(crate) perception: &'a Perception,
@@ -69,7 +68,6 @@ pub(crate) fn map(
     let (map_params, perception_params, view) = params;
     let n_steps = u32::try_from(beliefs.len()).unwrap_or(u32::MAX);
     let n_units = 20 * beliefs.iter().map(Belief::n_cells).sum::<usize>();
-    let before = before.filter(|_| map_params.responsibility == Responsibility::Current);
     let by_step = side_by_side(n_steps, model.n_threads, n_units, |step| {
         let step = step as usize;
         let seen = model.observations[step].seen.iter();

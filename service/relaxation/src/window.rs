@@ -55,7 +55,8 @@ impl Window {
     pub(crate) fn intersection(self, other: Self) -> Self {
         let (x, y) = (self.x.max(other.x), self.y.max(other.y));
         let (right, top) = (self.right().min(other.right()), self.top().min(other.top()));
-        Self { x, y, width: (right - x).max(0), height: (top - y).max(0) }
+        let common = Self { x, y, width: right - x, height: top - y };
+        if common.is_empty() { Self::EMPTY } else { common }
     }
 
     /// All nodes, row by row.

@@ -1,0 +1,111 @@
+//! The grid that a travel asks for: area and resolutions from the data.
+//!
+//! The area holds dead reckoning's path with three standard deviations of what it may be off at
+//! each step, by the second moments of `motion_model.rs` carried from step to step. Nodes are as
+//! far apart as twice what sightings leave open, because finer ones tell nothing more, and
+//! headings such that a robot comes off by half a node over a usual way between steps; both within
+//! bounds of which the coarse ones are the paper's, and coarser where there would be too many cells.
+
+use meetpoint_geometry::Point2;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::calibration::Calibration;
+use crate::motion_model::MotionParams;
+use crate::perception::PerceptionParams;
+use crate::pose_grid::{Area, InvalidGrid, PoseGrid};
+use crate::travel::Travel;
+
+/// Within so many standard deviations a path is looked for.
+const N_STD: f64 = 3.0;
+
+/// Nodes are not farther apart: the paper's, in metres.
+const RESOLUTION_MAX_M: f64 = 1.0;
+
+/// Nor nearer, in metres: least squares do better from there on.
+const RESOLUTION_MIN_M: f64 = 0.1;
+
+/// Headings: five degrees, the paper's, to two degrees.
+const N_HEADINGS: (f64, f64) = (72.0, 180.0);
+
+/// Cells that a grid has at most; the paper's has 583,200.
+const N_CELLS_MAX: f64 = 2_000_000.0;
+
+/// The grid for a travel that begins at the frame's origin.
+///
+/// # Errors
+/// [`InvalidGrid`] if the travel is not finite, or too wide for any grid.
+#[expect(clippy::cast_possible_truncation, reason = "between 4 and 180")]
+#[expect(clippy::cast_sign_loss, reason = "between 4 and 180")]
+pub fn grid_for(
+    travel: &Travel,
+    calibration: &Calibration,
+    motion: &MotionParams,
+    perception: &PerceptionParams,
+) -> Result<PoseGrid, InvalidGrid> {
+    let area = area(travel, calibration, motion, perception);
+    let mut resolution_m = resolution_m(travel, perception);
+    let mut ways: Vec<f64> = travel.steps.iter().map(|step| step.motion.distance_m()).collect();
+    ways.sort_by(f64::total_cmp);
+    let usual_m = ways.get(ways.len() / 2).copied().unwrap_or(0.0).max(resolution_m);
+    let headings = std::f64::consts::TAU * usual_m / resolution_m;
+    let mut headings = headings.clamp(N_HEADINGS.0, N_HEADINGS.1);
+    let size = area.max - area.min;
+    let n_cells = |resolution_m: f64, headings: f64| {
+        size.x.max(1.0) * size.y.max(1.0) / resolution_m.powi(2) * headings
+    };
+    if n_cells(resolution_m, headings) > N_CELLS_MAX {
+        headings = N_HEADINGS.0;
+        resolution_m *= (n_cells(resolution_m, headings) / N_CELLS_MAX).sqrt().max(1.0);
+    }
+    PoseGrid::new(area, resolution_m, (headings / 4.0).round() as u32 * 4)
+}
+
+/// Twice what the better half of the sightings leaves open.
+fn resolution_m(travel: &Travel, perception: &PerceptionParams) -> f64 {
+    let sightings = travel.steps.iter().flat_map(|step| &step.sightings);
+    let std_m = sightings.map(|sighting| {
+        let along = perception.range_std_share * sighting.range_m;
+        let across = perception.bearing_std_rad * sighting.range_m;
+        perception.position_std_m.hypot(along.min(across))
+    });
+    let mut std_m: Vec<f64> = std_m.collect();
+    std_m.sort_by(f64::total_cmp);
+    let usual_m = std_m.get(std_m.len() / 2).copied().unwrap_or(RESOLUTION_MAX_M);
+    (2.0 * usual_m).clamp(RESOLUTION_MIN_M, RESOLUTION_MAX_M)
+}
+
+/// Where the robot and what it saw may be.
+fn area(
+    travel: &Travel,
+    calibration: &Calibration,
+    params: &MotionParams,
+    perception: &PerceptionParams,
+) -> Area {
+    let margin_m = 2.0 * RESOLUTION_MAX_M + N_STD * perception.position_std_m;
+    let mut covariance = Matrix3::zeros();
+    let (mut min, mut max) = (Point2::new(0.0_f64, 0.0), Point2::new(0.0_f64, 0.0));
+    let mut before = None;
+    for (step, pose) in travel.steps.iter().zip(travel.dead_reckoning(calibration)) {
+        if let Some(before) = before.replace(pose) {
+            let way = pose.position() - meetpoint_geometry::Pose::position(before);
+            let mut by_before = Matrix3::identity();
+            by_before[(0, 2)] = -way.y;
+            by_before[(1, 2)] = way.x;
+            let of_turn = params.rotation_variance_rad2(&step.motion);
+            let of_length = params.translation_variance_m2(&step.motion);
+            let aside = Vector3::new(-way.y / 2.0, way.x / 2.0, 1.0);
+            let along = way.try_normalize(0.0).unwrap_or_default();
+            let along = Vector3::new(along.x, along.y, 0.0);
+            covariance = by_before * covariance * by_before.transpose()
+                + aside * aside.transpose() * of_turn
+                + along * along.transpose() * of_length;
+        }
+        let seen = step.sightings.iter().map(|sighting| sighting.range_m);
+        let reach_m = seen.fold(0.0, f64::max) + margin_m;
+        let off_x = N_STD * covariance[(0, 0)].sqrt() + reach_m;
+        let off_y = N_STD * covariance[(1, 1)].sqrt() + reach_m;
+        min = Point2::new(min.x.min(pose.x_m - off_x), min.y.min(pose.y_m - off_y));
+        max = Point2::new(max.x.max(pose.x_m + off_x), max.y.max(pose.y_m + off_y));
+    }
+    Area { min, max }
+}
