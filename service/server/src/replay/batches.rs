@@ -1,93 +1,50 @@
-//! The second pass over a recording: its observations, cut into numbered batches.
-//!
-//! The same recording and section always give the same batches, so that a replay can go on where
-//! an earlier one stopped. Whoever changes what comes out here raises [`CUT_VERSION`].
+//! The second pass over a CARMEN log: its observations, cut into numbered batches.
 
 use std::io::{self, BufRead};
 
-use meetpoint_client::v1::{Batch, LaserScan, Observation, OdometryPose, observation::Kind};
+use meetpoint_client::v1::{LaserScan, Observation, OdometryPose, observation::Kind};
 use meetpoint_geometry::Pose;
 
 use super::{
     carmen::{self, Message, Scan},
+    cutter::{CutBatch, Cutter},
     lines::{Line, Lines},
     section::Section,
     survey::Survey,
 };
 
-/// Names the way in which recordings become batches; part of the client's key of a session.
-pub(crate) const CUT_VERSION: u32 = 1;
-/// Scans a batch: a few hundred batches for an hour's drive, and well below a mebibyte.
-const SCANS_MAX: usize = 20;
-/// Driving a batch, by the stamps of its scans: what a robot would send once a second.
-const SPAN_MAX_NS: u64 = 1_000_000_000;
-/// Observations a batch, half of what the service takes.
-const OBSERVATIONS_MAX: usize = 2048;
-/// Readings a batch, half of a mebibyte.
-const READINGS_MAX: usize = 1 << 17;
 /// A reading this close below the maximum is no return: drivers round. Metres.
 const NO_RETURN_SLACK_M: f32 = 0.01;
 /// Readings that stand for no return in public logs whatever the maximum, in metres.
 const NO_RETURN_M: [f32; 1] = [50.0];
 
-/// A batch and what it holds.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct CutBatch {
-    /// As it is sent.
-    pub(crate) batch: Batch,
-    /// Scans among its observations.
-    pub(crate) n_scans: u64,
-    /// Stamp of its last observation.
-    pub(crate) stamp_ns: i64,
-}
-
 /// Gives the batches of a recording in order.
 pub(crate) struct Batches<'a, R> {
     lines: Lines<R>,
-    cutter: Cutter<'a>,
+    survey: &'a Survey,
+    section: Section,
+    cutter: Cutter,
     ended: bool,
 }
 
-/// Makes batches of lines.
-struct Cutter<'a> {
-    survey: &'a Survey,
-    section: Section,
-    /// Observations of the batch in the making.
-    open: Vec<Observation>,
-    n_scans: usize,
-    n_readings: usize,
-    /// Stamp of the first scan of the batch in the making.
-    first_scan_ns: Option<i64>,
-    number: u64,
-}
-
 impl<'a, R: BufRead> Batches<'a, R> {
-    /// The batches of the part `section` of a recording that was surveyed before.
+    /// The batches of the part `section` of a log that was surveyed before.
     pub(crate) fn new(lines: Lines<R>, survey: &'a Survey, section: Section) -> Self {
-        let cutter = Cutter {
-            survey,
-            section,
-            open: Vec::new(),
-            n_scans: 0,
-            n_readings: 0,
-            first_scan_ns: None,
-            number: 0,
-        };
-        Self { lines, cutter, ended: false }
+        Self { lines, survey, section, cutter: Cutter::default(), ended: false }
     }
 
     /// What comes behind the last line: an error, if that is not where the survey saw the end.
     fn end(&mut self, read: io::Result<()>) -> Option<io::Result<CutBatch>> {
         self.ended = true;
-        let survey = self.cutter.survey;
-        if let (Err(error), None) = (read, &survey.broken_off) {
+        let account = &self.survey.account;
+        if let (Err(error), None) = (read, &account.broken_off) {
             return Some(Err(error));
         }
         let n_lines = self.lines.number();
-        if n_lines != survey.n_lines {
+        if n_lines != account.n_lines {
             return Some(Err(io::Error::other(format!(
                 "the recording has {n_lines} lines and had {} a moment ago",
-                survey.n_lines
+                account.n_lines
             ))));
         }
         self.cutter.cut().map(Ok)
@@ -101,7 +58,9 @@ impl<R: BufRead> Iterator for Batches<'_, R> {
         while !self.ended {
             match self.lines.next() {
                 Ok(Some(Line::Whole(line))) => {
-                    if let Some(batch) = self.cutter.take(line) {
+                    let taken = take(line, self.survey, &self.section, &mut self.cutter);
+                    let full = taken.and_then(|stamp_ns| self.cutter.cut_if_full(stamp_ns));
+                    if let Some(batch) = full {
                         return Some(Ok(batch));
                     }
                 }
@@ -114,68 +73,45 @@ impl<R: BufRead> Iterator for Batches<'_, R> {
     }
 }
 
-impl Cutter<'_> {
-    /// Takes in a line. The batch that it fills, if it does.
-    fn take(&mut self, line: &[u8]) -> Option<CutBatch> {
-        let stamp_ns = match carmen::parse(line) {
-            Ok(Message::Odometry { stamp_ns, pose }) if self.section.contains(stamp_ns) => {
-                self.open.push(odometry_observation(stamp_ns, pose));
-                stamp_ns
-            }
-            Ok(Message::Scan(scan)) if self.section.contains(scan.stamp_ns) => {
-                let stamp_ns = scan.stamp_ns;
-                self.add_scan(scan);
-                stamp_ns
-            }
-            _ => return None,
-        };
-        if self.is_full(stamp_ns) { self.cut() } else { None }
-    }
-
-    /// Takes in a scan and the odometry of its line, which goes first.
-    fn add_scan(&mut self, scan: Scan) {
-        let Some(declared) = self.survey.laser(&scan.laser) else { return };
-        let Scan { stamp_ns, mut ranges_m, remissions, odometry, .. } = scan;
-        let range_max_m = declared.range_max_m;
-        for range_m in &mut ranges_m {
-            if range_max_m - NO_RETURN_SLACK_M <= *range_m || NO_RETURN_M.contains(range_m) {
-                *range_m = f32::INFINITY;
-            }
+/// Takes in a line. Its stamp, if it belongs to the section and is sent.
+fn take(line: &[u8], survey: &Survey, section: &Section, cutter: &mut Cutter) -> Option<i64> {
+    match carmen::parse(line) {
+        Ok(Message::Odometry { stamp_ns, pose }) if section.contains(stamp_ns) => {
+            cutter.push(odometry_observation(stamp_ns, pose));
+            Some(stamp_ns)
         }
-        // One strength a beam, or none.
-        let intensities = if remissions.len() == ranges_m.len() { remissions } else { Vec::new() };
-        if let Some(pose) = odometry {
-            self.open.push(odometry_observation(stamp_ns, pose));
+        Ok(Message::Scan(scan)) if section.contains(scan.stamp_ns) => {
+            let stamp_ns = scan.stamp_ns;
+            take_scan(scan, survey, cutter);
+            Some(stamp_ns)
         }
-        self.n_scans += 1;
-        self.n_readings += ranges_m.len() + intensities.len();
-        self.first_scan_ns.get_or_insert(stamp_ns);
-        self.open.push(Observation {
-            stamp_ns,
-            sensor_id: declared.sensor.id.clone(),
-            kind: Some(Kind::LaserScan(LaserScan { ranges_m, intensities })),
-            ..Observation::default()
-        });
+        _ => None,
     }
+}
 
-    /// True if the batch in the making must not take an observation of that stamp.
-    fn is_full(&self, stamp_ns: i64) -> bool {
-        let long = self.first_scan_ns.is_some_and(|first| SPAN_MAX_NS <= first.abs_diff(stamp_ns));
-        long || SCANS_MAX <= self.n_scans
-            || OBSERVATIONS_MAX <= self.open.len()
-            || READINGS_MAX <= self.n_readings
+/// Takes in a scan and the odometry of its line, which goes first.
+fn take_scan(scan: Scan, survey: &Survey, cutter: &mut Cutter) {
+    let Some(declared) = survey.laser(&scan.laser) else { return };
+    let Scan { stamp_ns, mut ranges_m, remissions, odometry, .. } = scan;
+    let range_max_m = declared.range_max_m;
+    for range_m in &mut ranges_m {
+        if range_max_m - NO_RETURN_SLACK_M <= *range_m || NO_RETURN_M.contains(range_m) {
+            *range_m = f32::INFINITY;
+        }
     }
-
-    /// Takes the batch in the making, if there is anything in it.
-    fn cut(&mut self) -> Option<CutBatch> {
-        let stamp_ns = self.open.last()?.stamp_ns;
-        self.number += 1;
-        let observations = std::mem::take(&mut self.open);
-        let n_scans = std::mem::take(&mut self.n_scans) as u64;
-        self.n_readings = 0;
-        self.first_scan_ns = None;
-        Some(CutBatch { batch: Batch { number: self.number, observations }, n_scans, stamp_ns })
+    // One strength a beam, or none.
+    let intensities = if remissions.len() == ranges_m.len() { remissions } else { Vec::new() };
+    if let Some(pose) = odometry {
+        cutter.push(odometry_observation(stamp_ns, pose));
     }
+    let n_values = ranges_m.len() + intensities.len();
+    let scan = Observation {
+        stamp_ns,
+        sensor_id: declared.sensor.id.clone(),
+        kind: Some(Kind::LaserScan(LaserScan { ranges_m, intensities })),
+        ..Observation::default()
+    };
+    cutter.push_reading(scan, n_values);
 }
 
 fn odometry_observation(stamp_ns: i64, pose: Pose) -> Observation {
@@ -188,7 +124,7 @@ fn odometry_observation(stamp_ns: i64, pose: Pose) -> Observation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::{section::Place, survey::survey};
+    use crate::replay::{cutter::READINGS_MAX, section::Place, survey::survey};
     use proptest::prelude::*;
 
     /// A log of scans every tenth of a second, with odometry lines between them.
@@ -206,7 +142,7 @@ mod tests {
 
     fn cut(text: &str, from: Option<Place>, to: Option<Place>) -> Vec<CutBatch> {
         let survey = survey(Lines::new(text.as_bytes()));
-        let section = Section::new(from, to, survey.stamps_ns().unwrap_or_default());
+        let section = Section::new(from, to, survey.account.stamps_span_ns().unwrap_or_default());
         Batches::new(Lines::new(text.as_bytes()), &survey, section)
             .collect::<io::Result<_>>()
             .expect("the text is still the same")
@@ -229,14 +165,14 @@ mod tests {
     #[test]
     fn batches_hold_about_a_second() {
         let batches = cut(&log(100), None, None);
-        assert_eq!(batches.iter().map(|batch| batch.n_scans).sum::<u64>(), 100, "all scans");
+        assert_eq!(batches.iter().map(|batch| batch.n_readings).sum::<u64>(), 100, "all scans");
         assert!((8..=12).contains(&batches.len()), "{} batches of 10 s", batches.len());
     }
 
     #[test]
     fn a_section_is_cut_out() {
         let batches = cut(&log(100), Some(Place::Seconds(2.0)), Some(Place::Fraction(0.5)));
-        let n_scans: u64 = batches.iter().map(|batch| batch.n_scans).sum();
+        let n_scans: u64 = batches.iter().map(|batch| batch.n_readings).sum();
         assert!((29..=31).contains(&n_scans), "{n_scans} scans from 2 s to 4.95 s");
     }
 
@@ -259,7 +195,7 @@ mod tests {
             let mut stamps_ns = Vec::new();
             for (batch, number) in batches.iter().zip(1..) {
                 prop_assert_eq!(batch.batch.number, number);
-                prop_assert!(batch.n_scans <= SCANS_MAX as u64);
+                prop_assert!(batch.n_readings <= READINGS_MAX as u64);
                 stamps_ns.extend(batch.batch.observations.iter().map(|o| o.stamp_ns));
             }
             let whole = log(n_scans);
@@ -292,12 +228,12 @@ mod tests {
                 bytes[place] = byte;
             }
             let survey = survey(Lines::new(&bytes[..]));
-            let section = Section::new(None, None, survey.stamps_ns().unwrap_or_default());
+            let section = Section::new(None, None, survey.account.stamps_span_ns().unwrap_or_default());
             let batches: Vec<_> = Batches::new(Lines::new(&bytes[..]), &survey, section)
                 .collect::<io::Result<_>>()
                 .expect("the same bytes twice");
-            let n_scans: u64 = batches.iter().map(|batch| batch.n_scans).sum();
-            prop_assert_eq!(n_scans, survey.scan_stamps_ns.len() as u64);
+            let n_scans: u64 = batches.iter().map(|batch| batch.n_readings).sum();
+            prop_assert_eq!(n_scans, survey.account.stamps_ns.len() as u64);
         }
     }
 }

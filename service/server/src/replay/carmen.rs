@@ -8,7 +8,6 @@
 mod fields;
 mod geometry;
 mod laser_line;
-mod stamp;
 
 pub(crate) use geometry::{Beams, Parameters};
 

@@ -32,8 +32,8 @@ pub(crate) async fn follow(client: &Client, session: &str, look: impl Fn(&Sessio
     }
 }
 
-/// Closes the session and waits until its end is in a map version. The session, and the version;
-/// 0 if no scan of it could be mapped.
+/// Closes the session, to which `n_readings` were sent, and waits until its end is in a map version.
+/// The session, and the version; 0 if no reading of it could be mapped.
 ///
 /// # Errors
 ///
@@ -41,6 +41,7 @@ pub(crate) async fn follow(client: &Client, session: &str, look: impl Fn(&Sessio
 pub(crate) async fn close_and_wait(
     client: &Client,
     session: &Session,
+    n_readings: u64,
     look: impl Fn(&Session),
 ) -> anyhow::Result<(Session, u64)> {
     let Session { id, epoch, .. } = session;
@@ -52,7 +53,7 @@ pub(crate) async fn close_and_wait(
     loop {
         let now = patiently(|| client.session(id)).await?;
         look(&now);
-        if 0 < now.complete_in_version || is_empty(&now) {
+        if 0 < now.complete_in_version || is_empty(&now, n_readings) {
             let version = now.complete_in_version;
             return Ok((now, version));
         }
@@ -71,10 +72,12 @@ pub(crate) async fn close_and_wait(
     }
 }
 
-/// True if the session ended and has no scan that a version could hold.
-fn is_empty(session: &Session) -> bool {
+/// True if the session ended and has no reading that a version could hold.
+fn is_empty(session: &Session, n_readings: u64) -> bool {
     session.state() != SessionState::Open
         && session.scans == 0
+        // Sightings are not counted by the service.
+        && n_readings <= session.rejected
         && session.mapped_through == session.acked_through
 }
 

@@ -3,7 +3,6 @@
 use std::{
     collections::VecDeque,
     io,
-    path::PathBuf,
     sync::{Arc, Mutex, PoisonError},
     thread::{self, JoinHandle},
     time::Duration,
@@ -15,43 +14,36 @@ use tokio::{
     time::{Instant, sleep_until},
 };
 
-use super::{
-    batches::{Batches, CutBatch},
-    lines,
-    section::Section,
-    survey::Survey,
-};
+use super::{content::Content, cutter::CutBatch, section::Section};
 
 /// Batches read ahead: enough that neither the file nor the network waits for the other.
 const READ_AHEAD: usize = 32;
 
 /// What to read, and how fast to give it away.
 pub(crate) struct LogReading {
-    /// The file.
-    pub(crate) path: PathBuf,
-    /// What the first pass found in it.
-    pub(crate) survey: Arc<Survey>,
+    /// The recording.
+    pub(crate) content: Content,
     /// The part to give.
     pub(crate) section: Section,
     /// Times real time; `None` for as fast as it goes.
     pub(crate) rate: Option<f64>,
 }
 
-/// Scans in the batches that were read so far. Clones share the count.
+/// Readings (scans, or sightings) in the batches that were read so far. Clones share the count.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally(Arc<Mutex<Vec<u64>>>);
 
 impl Tally {
-    /// Scans in the batches up to `number`; in those read so far, if that is less.
-    pub(crate) fn scans_through(&self, number: u64) -> u64 {
+    /// Readings in the batches up to `number`; in those read so far, if that is less.
+    pub(crate) fn readings_through(&self, number: u64) -> u64 {
         let sums = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let n = usize::try_from(number).unwrap_or(usize::MAX).min(sums.len());
         n.checked_sub(1).map_or(0, |last| sums[last])
     }
 
-    fn add(&self, n_scans: u64) {
+    fn add(&self, n_readings: u64) {
         let mut sums = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let sum = sums.last().copied().unwrap_or(0) + n_scans;
+        let sum = sums.last().copied().unwrap_or(0) + n_readings;
         sums.push(sum);
     }
 }
@@ -123,7 +115,7 @@ impl BatchSource for LogSource {
         while self.kept(number).is_none() {
             let Some(read) = self.incoming.recv().await else { return self.end() };
             let cut = read?;
-            self.tally.add(cut.n_scans);
+            self.tally.add(cut.n_readings);
             self.kept.push_back(cut);
             self.drop_forgotten();
         }
@@ -143,9 +135,9 @@ impl BatchSource for LogSource {
 }
 
 fn read(reading: &LogReading, sender: &mpsc::Sender<io::Result<CutBatch>>) {
-    match lines::open(&reading.path) {
-        Ok(lines) => {
-            for batch in Batches::new(lines, &reading.survey, reading.section) {
+    match reading.content.batches(reading.section) {
+        Ok(batches) => {
+            for batch in batches {
                 if sender.blocking_send(batch).is_err() {
                     return;
                 }
@@ -159,7 +151,6 @@ fn read(reading: &LogReading, sender: &mpsc::Sender<io::Result<CutBatch>>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::replay::survey::survey;
 
     /// Ten scans, one a second.
     fn source(rate: Option<f64>) -> (tempfile::TempDir, LogSource) {
@@ -168,9 +159,10 @@ mod tests {
         let lines = (0..10).map(|i| format!("FLASER 1 2 0 0 0 {i} 0 0 {i}.5 h 0"));
         let text = lines.collect::<Vec<_>>().join("\n");
         std::fs::write(&path, text).expect("a free disk");
-        let survey = Arc::new(survey(lines::open(&path).expect("it is there")));
-        let section = Section::new(None, None, survey.stamps_ns().expect("ten scans"));
-        (folder, LogSource::start(LogReading { path, survey, section, rate }, Tally::default()))
+        let content = Content::log(&path).expect("it is there");
+        let section =
+            Section::new(None, None, content.account().stamps_span_ns().expect("ten scans"));
+        (folder, LogSource::start(LogReading { content, section, rate }, Tally::default()))
     }
 
     async fn number(source: &mut LogSource, number: u64) -> Option<u64> {
@@ -188,7 +180,7 @@ mod tests {
         assert_eq!(number(&mut source, 2).await, Some(2), "again");
         source.forget_through(2).await.expect("nothing to go wrong");
         assert_eq!(number(&mut source, 3).await, Some(3), "not forgotten");
-        assert_eq!(source.tally.scans_through(2), 4, "two scans each: a second is full");
+        assert_eq!(source.tally.readings_through(2), 4, "two scans each: a second is full");
         assert_eq!(number(&mut source, 6).await, None, "the end");
     }
 
@@ -198,7 +190,7 @@ mod tests {
         source.forget_through(4).await.expect("nothing to go wrong");
         assert_eq!(number(&mut source, 5).await, Some(5), "the first that is new");
         assert_eq!(source.kept.len(), 1, "the others are not kept");
-        assert_eq!(source.tally.scans_through(5), 10, "and yet counted");
+        assert_eq!(source.tally.readings_through(5), 10, "and yet counted");
     }
 
     #[tokio::test]

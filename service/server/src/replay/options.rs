@@ -80,6 +80,14 @@ impl FromStr for Rate {
     }
 }
 
+/// The id of the robot `number` among several: `NAME-2`, with the name cut where that is too long.
+pub(super) fn numbered(name: &str, number: u32) -> String {
+    let ending = format!("-{number}");
+    let n_chars = ROBOT_NAME_MAX - ending.len();
+    let stem: String = name.chars().take(n_chars).collect();
+    stem + &ending
+}
+
 /// A robot's id from a file's name: `Intel Lab.log.gz` becomes `intel-lab`.
 pub(super) fn robot_name(file: &Path) -> String {
     let name = file.file_name().map(|name| name.to_string_lossy().to_lowercase());
@@ -130,6 +138,10 @@ mod tests {
         ] {
             assert_eq!(robot_name(Path::new(file)), name, "{file}");
         }
-        assert_eq!(robot_name(Path::new(&"x".repeat(200))).len(), ROBOT_NAME_MAX, "cut");
+        let long = robot_name(Path::new(&"x".repeat(200)));
+        assert_eq!(long.len(), ROBOT_NAME_MAX, "cut");
+        assert_eq!(numbered("mrclam6", 2), "mrclam6-2", "with its number");
+        let numbered = numbered(&long, 2);
+        assert!(numbered.ends_with("x-2") && numbered.len() == ROBOT_NAME_MAX, "cut: {numbered}");
     }
 }

@@ -8,18 +8,19 @@ use std::{
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use meetpoint_client::v1::Session;
 
-use super::log_source::Tally;
+use super::{account::Reading, log_source::Tally};
 
 /// Redraws a second.
 const REDRAWS_HZ: u8 = 8;
 /// Refreshes the time on the bar while nothing else happens.
 const TICK: Duration = Duration::from_millis(250);
 
-/// How far a replay is, in numbers of batches, and the bar that shows it in scans.
+/// How far a replay is, in numbers of batches, and the bar that shows it in scans or sightings.
 pub(crate) struct Progress {
     bar: ProgressBar,
     quiet: bool,
-    n_scans: u64,
+    reading: Reading,
+    n_readings: u64,
     driving_s: f64,
     tally: Tally,
     start: Instant,
@@ -36,15 +37,20 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Nothing done of `n_scans` scans, which took `driving_s` seconds to drive and are counted by
+    /// Nothing done of `n_readings` readings, which took `driving_s` seconds to drive and are counted by
     /// `tally`. Shown on the standard error output if that is a terminal and `quiet` is not set.
-    pub(crate) fn new(n_scans: u64, driving_s: f64, tally: Tally, quiet: bool) -> Self {
+    pub(crate) fn new(
+        (reading, n_readings): (Reading, u64),
+        driving_s: f64,
+        tally: Tally,
+        quiet: bool,
+    ) -> Self {
         let target = if quiet {
             ProgressDrawTarget::hidden()
         } else {
             ProgressDrawTarget::stderr_with_hz(REDRAWS_HZ)
         };
-        let bar = ProgressBar::with_draw_target(Some(n_scans), target);
+        let bar = ProgressBar::with_draw_target(Some(n_readings), target);
         if let Ok(style) = ProgressStyle::with_template("{elapsed_precise} [{bar:30}] {msg}") {
             bar.set_style(style.progress_chars("=> "));
         }
@@ -52,7 +58,8 @@ impl Progress {
         Self {
             bar,
             quiet,
-            n_scans,
+            reading,
+            n_readings,
             driving_s,
             tally,
             start: Instant::now(),
@@ -106,34 +113,35 @@ impl Progress {
         self.start.elapsed()
     }
 
-    /// Scans acknowledged. The service's count lags, and ours begins when the file is read.
+    /// Readings acknowledged. The service's count lags, and ours begins when the file is read.
     pub(crate) fn n_acked(&self) -> u64 {
-        self.scans_through(&self.acked).max(self.n_received.load(Ordering::Relaxed))
+        self.readings_through(&self.acked).max(self.n_received.load(Ordering::Relaxed))
     }
 
     /// Driving mapped per time taken, since the beginning. `None` if this replay has read nothing.
     pub(crate) fn times_real_time(&self) -> Option<f64> {
-        let before = self.scans_through(&self.mapped_before);
-        let mapped = self.scans_through(&self.mapped).saturating_sub(before);
-        let share = mapped as f64 / self.n_scans.max(1) as f64;
+        let before = self.readings_through(&self.mapped_before);
+        let mapped = self.readings_through(&self.mapped).saturating_sub(before);
+        let share = mapped as f64 / self.n_readings.max(1) as f64;
         let ratio = self.driving_s * share / self.took().as_secs_f64().max(f64::EPSILON);
         (0 < mapped).then_some(ratio)
     }
 
-    fn scans_through(&self, number: &AtomicU64) -> u64 {
-        self.tally.scans_through(number.load(Ordering::Relaxed))
+    fn readings_through(&self, number: &AtomicU64) -> u64 {
+        self.tally.readings_through(number.load(Ordering::Relaxed))
     }
 
     fn draw(&self) {
         if self.bar.is_hidden() {
             return;
         }
-        let mapped = self.scans_through(&self.mapped);
+        let mapped = self.readings_through(&self.mapped);
         self.bar.set_position(mapped);
         self.bar.set_message(format!(
-            "{mapped} of {} scans mapped, {} sent, {} kept, {:.0} x real time",
-            self.n_scans,
-            self.scans_through(&self.sent),
+            "{mapped} of {} {} mapped, {} sent, {} kept, {:.0} x real time",
+            self.n_readings,
+            self.reading.plural(),
+            self.readings_through(&self.sent),
             self.n_acked(),
             self.times_real_time().unwrap_or(0.0),
         ));

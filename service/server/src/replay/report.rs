@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fmt};
 use meetpoint_client::v1::TrajectoryPose;
 use serde_json::{Value, json};
 
-use super::survey::Survey;
+use super::account::{Account, BadLine, Reading};
 
 /// Nanoseconds in a second.
 const SECOND_NS: f64 = 1e9;
@@ -21,10 +21,12 @@ pub(crate) struct Report {
     pub(crate) robot: String,
     /// The service's id of the session.
     pub(crate) session: String,
-    /// Scans sent by this replay, without those of earlier ones.
-    pub(crate) n_scans_sent: u64,
-    /// Scans that the session holds.
-    pub(crate) n_scans: u64,
+    /// What the recording consists of.
+    pub(crate) reading: Reading,
+    /// Readings sent by this replay, without those of earlier ones.
+    pub(crate) n_sent: u64,
+    /// Readings that the session holds.
+    pub(crate) n_readings: u64,
     /// Observations that the service rejected, in all.
     pub(crate) n_rejected: u64,
     /// Rejections that this replay heard of, by code.
@@ -52,8 +54,8 @@ pub(crate) struct LostSpan {
     pub(crate) from_ns: i64,
     /// Last stamp.
     pub(crate) through_ns: i64,
-    /// Scans in it.
-    pub(crate) n_scans: u64,
+    /// Poses in it: of scans, or of sightings.
+    pub(crate) n_poses: u64,
 }
 
 /// The stretches of a trajectory in which the tracker was lost.
@@ -66,7 +68,7 @@ pub(crate) fn lost_spans(poses: &[TrajectoryPose]) -> Vec<LostSpan> {
             LostSpan {
                 from_ns: stamps_ns().min().unwrap_or_default(),
                 through_ns: stamps_ns().max().unwrap_or_default(),
-                n_scans: run.len() as u64,
+                n_poses: run.len() as u64,
             }
         })
         .collect()
@@ -74,50 +76,63 @@ pub(crate) fn lost_spans(poses: &[TrajectoryPose]) -> Vec<LostSpan> {
 
 impl Report {
     /// One object for machines.
-    pub(crate) fn to_json(&self, survey: &Survey) -> Value {
+    pub(crate) fn to_json(&self, account: &Account) -> Value {
         let lost: Vec<_> = self
             .lost
             .iter()
-            .map(|&LostSpan { from_ns, through_ns, n_scans }| {
+            .map(|&LostSpan { from_ns, through_ns, n_poses }| {
                 json!({
                     "from_ns": integer(from_ns),
                     "through_ns": integer(through_ns),
-                    "scans": n_scans,
+                    "scans": n_poses,
                 })
             })
             .collect();
-        let bad: Vec<_> = survey
+        let bad: Vec<_> = account
             .bad
+            .first
             .iter()
-            .map(|(line, reason)| json!({"line": line, "reason": reason.to_string()}))
+            .map(|BadLine { file, line, reason }| {
+                let mut told = json!({"line": line, "reason": reason});
+                if let Some(file) = file {
+                    told["file"] = json!(file);
+                }
+                told
+            })
             .collect();
-        json!({
+        let readings = self.reading.plural();
+        let mut told = json!({
             "file": self.file,
             "map": self.map,
             "robot": self.robot,
             "session": self.session,
-            "scans_sent": self.n_scans_sent,
-            "scans": self.n_scans,
             "rejected": self.n_rejected,
             "rejected_by_code": self.rejected,
             "reconnects": self.n_reconnects,
-            "lines": survey.n_lines,
-            "lines_skipped": survey.skipped,
-            "lines_bad": survey.n_bad,
+            "lines": account.n_lines,
+            "lines_skipped": account.skipped,
+            "lines_bad": account.bad.n,
             "bad": bad,
-            "broken_off": survey.broken_off,
+            "broken_off": account.broken_off,
             "took_s": self.took_s,
             "times_real_time": self.times_real_time,
             "lost": lost,
             "map_version": self.map_version,
             "published": self.published,
             "was_done": self.was_done,
-        })
+        });
+        told[format!("{readings}_sent")] = json!(self.n_sent);
+        told[readings] = json!(self.n_readings);
+        told
     }
 
     /// What a person would want to do now.
     pub(crate) fn next_step(&self) -> String {
-        format!("next: meetpoint map {}; meetpoint trajectory {}", self.map, self.session)
+        let Self { map, session, .. } = self;
+        match self.reading {
+            Reading::Scan => format!("next: meetpoint map {map}; meetpoint trajectory {session}"),
+            Reading::Sighting => format!("next: meetpoint trajectory {session}"),
+        }
     }
 
     fn version_in_words(&self) -> String {
@@ -135,12 +150,13 @@ impl Report {
 impl fmt::Display for Report {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, robot, session, .. } = self;
+        let readings = self.reading.plural();
         writeln!(f, "{file}: robot `{robot}`, session {session}")?;
         if self.was_done {
             writeln!(f, "  was replayed before, to the end: nothing to do")?;
         } else {
-            let (sent, all, took_s) = (self.n_scans_sent, self.n_scans, self.took_s);
-            write!(f, "  {sent} scans sent, {all} in the session; {took_s:.1} s")?;
+            let (sent, all, took_s) = (self.n_sent, self.n_readings, self.took_s);
+            write!(f, "  {sent} {readings} sent, {all} in the session; {took_s:.1} s")?;
             match self.times_real_time {
                 Some(ratio) => writeln!(f, ", {ratio:.0} times real time")?,
                 None => writeln!(f)?,
@@ -151,15 +167,19 @@ impl fmt::Display for Report {
         }
         write!(f, "  {} observations rejected", self.n_rejected)?;
         writeln!(f, "{}", counts(&self.rejected))?;
-        let n_lost: u64 = self.lost.iter().map(|span| span.n_scans).sum();
+        let n_lost: u64 = self.lost.iter().map(|span| span.n_poses).sum();
         if n_lost == 0 {
             writeln!(f, "  the robot was never lost")?;
         } else {
-            writeln!(f, "  the robot was lost {} times, {n_lost} scans in all:", self.lost.len())?;
+            writeln!(
+                f,
+                "  the robot was lost {} times, {n_lost} {readings} in all:",
+                self.lost.len()
+            )?;
             for span in &self.lost {
-                let LostSpan { from_ns, through_ns, n_scans } = span;
+                let LostSpan { from_ns, through_ns, n_poses } = span;
                 let seconds = through_ns.abs_diff(*from_ns) as f64 / SECOND_NS;
-                writeln!(f, "    {n_scans} scans in {seconds:.1} s from stamp {from_ns} ns")?;
+                writeln!(f, "    {n_poses} {readings} in {seconds:.1} s from stamp {from_ns} ns")?;
             }
         }
         write!(f, "  {}", self.version_in_words())
@@ -172,18 +192,21 @@ fn integer(number: i64) -> Value {
 }
 
 /// What the first pass had to leave out, in words; empty if nothing.
-pub(crate) fn left_out(survey: &Survey) -> Vec<String> {
+pub(crate) fn left_out(account: &Account) -> Vec<String> {
     let mut lines = Vec::new();
-    if !survey.skipped.is_empty() {
-        let n: u64 = survey.skipped.values().sum();
-        lines.push(format!("  {n} lines of other kinds skipped{}", counts(&survey.skipped)));
+    if !account.skipped.is_empty() {
+        let n: u64 = account.skipped.values().sum();
+        lines.push(format!("  {n} lines not sent{}", counts(&account.skipped)));
     }
-    if 0 < survey.n_bad {
-        lines.push(format!("  {} bad lines left out, the first of them:", survey.n_bad));
-        let shown = survey.bad.iter();
-        lines.extend(shown.map(|(number, reason)| format!("    line {number}: {reason}")));
+    if 0 < account.bad.n {
+        lines.push(format!("  {} bad lines left out, the first of them:", account.bad.n));
+        let shown = account.bad.first.iter();
+        lines.extend(shown.map(|BadLine { file, line, reason }| match file {
+            Some(file) => format!("    {file}, line {line}: {reason}"),
+            None => format!("    line {line}: {reason}"),
+        }));
     }
-    if let Some(reason) = &survey.broken_off {
+    if let Some(reason) = &account.broken_off {
         lines.push(format!("  {reason}; what stands before is used"));
     }
     lines
@@ -215,8 +238,8 @@ mod tests {
             .map(|(letter, stamp_ns)| pose(stamp_ns, letter == '#'))
             .collect();
         let expected = [
-            LostSpan { from_ns: 2, through_ns: 4, n_scans: 3 },
-            LostSpan { from_ns: 6, through_ns: 6, n_scans: 1 },
+            LostSpan { from_ns: 2, through_ns: 4, n_poses: 3 },
+            LostSpan { from_ns: 6, through_ns: 6, n_poses: 1 },
         ];
         assert_eq!(lost_spans(&poses), expected, "{drawn}");
     }

@@ -10,14 +10,13 @@ use meetpoint_client::v1::{self, sensor};
 use meetpoint_geometry::Pose;
 
 use super::{
+    account::{Account, BadLines, Reading},
     carmen::{self, BadLine, Laser, LaserTag, Message, Parameters, Scan},
     lines::{Line, Lines},
 };
 
 /// Sensors that a session may declare.
 const LASERS_MAX: usize = 16;
-/// Bad lines that are repeated word for word.
-const BAD_LINES_SHOWN: usize = 10;
 /// Different tags that are counted one by one; the rest share a line.
 const TAGS_MAX: usize = 40;
 /// Two poses of a `ROBOTLASER` line agree on where the laser sits if they stay this close to
@@ -38,31 +37,13 @@ pub(crate) struct DeclaredLaser {
 /// What the first pass found.
 #[derive(Clone, Debug)]
 pub(crate) struct Survey {
-    /// Of the decompressed content.
-    pub(crate) content_hash: blake3::Hash,
+    /// For people.
+    pub(crate) account: Account,
     /// In order of appearance; without those whose scans come twice.
     pub(crate) lasers: Vec<DeclaredLaser>,
-    /// Stamps of the scans that can be sent, laser by laser.
-    pub(crate) scan_stamps_ns: Vec<i64>,
-    /// Lines read.
-    pub(crate) n_lines: u64,
-    /// Lines that are not sent, by tag.
-    pub(crate) skipped: BTreeMap<String, u64>,
-    /// Lines with a known tag that could not be used.
-    pub(crate) n_bad: u64,
-    /// The first of them.
-    pub(crate) bad: Vec<(u64, BadLine)>,
-    /// Why the file could not be read to its end.
-    pub(crate) broken_off: Option<String>,
 }
 
 impl Survey {
-    /// Smallest and largest stamp of the scans. `None` if there are none.
-    pub(crate) fn stamps_ns(&self) -> Option<(i64, i64)> {
-        let stamps_ns = &self.scan_stamps_ns;
-        Some((*stamps_ns.iter().min()?, *stamps_ns.iter().max()?))
-    }
-
     /// The declared laser of a scan. `None` if its scans are not sent.
     pub(crate) fn laser(&self, laser: &Laser) -> Option<&DeclaredLaser> {
         self.lasers.iter().find(|declared| declared.laser == *laser)
@@ -88,7 +69,8 @@ pub(crate) fn survey(mut lines: Lines<impl BufRead>) -> Survey {
     pass.finish(hasher.finalize(), lines.number(), broken_off)
 }
 
-fn describe(error: &io::Error, n_lines: u64) -> String {
+/// Why a file cannot be read beyond that many lines.
+pub(super) fn describe(error: &io::Error, n_lines: u64) -> String {
     match error.kind() {
         io::ErrorKind::UnexpectedEof => {
             format!("the file ends within its compression after line {n_lines}")
@@ -110,8 +92,7 @@ struct Pass {
     parameters: Parameters,
     seen: Vec<Seen>,
     skipped: BTreeMap<String, u64>,
-    n_bad: u64,
-    bad: Vec<(u64, BadLine)>,
+    bad: BadLines,
 }
 
 impl Pass {
@@ -133,10 +114,8 @@ impl Pass {
     }
 
     fn judge(&mut self, number: u64, read: Result<(), BadLine>) {
-        let Err(reason) = read else { return };
-        self.n_bad += 1;
-        if self.bad.len() < BAD_LINES_SHOWN {
-            self.bad.push((number, reason));
+        if let Err(reason) = read {
+            self.bad.note(None, number, &reason);
         }
     }
 
@@ -191,9 +170,12 @@ impl Pass {
                 lasers.iter().filter(|before| before.laser.tag == seen.laser.tag).count();
             lasers.push(declare(seen, n_before, &self.parameters));
         }
-        let scan_stamps_ns = used.iter().flat_map(|seen| &seen.stamps_ns).copied().collect();
-        let Self { skipped, n_bad, bad, .. } = self;
-        Survey { content_hash, lasers, scan_stamps_ns, n_lines, skipped, n_bad, bad, broken_off }
+        let stamps_ns = used.iter().flat_map(|seen| &seen.stamps_ns).copied().collect();
+        let Self { skipped, bad, .. } = self;
+        let reading = Reading::Scan;
+        let account =
+            Account { content_hash, reading, stamps_ns, n_lines, skipped, bad, broken_off };
+        Survey { account, lasers }
     }
 }
 
@@ -249,10 +231,18 @@ mod tests {
         assert_eq!(ids, ["front_laser", "front_laser_2"], "one a geometry");
         let mount = found.lasers[0].sensor.robot_from_sensor.expect("PARAM said so");
         assert_eq!(mount.x_m, 0.3, "forward");
-        assert_eq!(found.stamps_ns(), Some((4_500_000_000, 5_500_000_000)), "of the scans");
-        assert_eq!(found.skipped, BTreeMap::from([("SYNC".to_owned(), 1)]), "by tag");
-        assert_eq!((found.n_bad, found.bad[0].0), (1, 5), "with the line's number");
-        assert_eq!(found.n_lines, 7, "all");
+        assert_eq!(
+            found.account.stamps_span_ns(),
+            Some((4_500_000_000, 5_500_000_000)),
+            "of the scans"
+        );
+        assert_eq!(found.account.skipped, BTreeMap::from([("SYNC".to_owned(), 1)]), "by tag");
+        assert_eq!(
+            (found.account.bad.n, found.account.bad.first[0].line),
+            (1, 5),
+            "with the line's number"
+        );
+        assert_eq!(found.account.n_lines, 7, "all");
     }
 
     #[test]
@@ -267,7 +257,7 @@ mod tests {
         assert_eq!(sensor.id, "robot_laser_1", "the one with odometry");
         let mount = sensor.robot_from_sensor.expect("both lines agree");
         assert!((mount.x_m - 0.2).abs() < 1e-9, "from the two poses: {mount:?}");
-        assert_eq!(found.skipped.values().sum::<u64>(), 1, "counted");
+        assert_eq!(found.account.skipped.values().sum::<u64>(), 1, "counted");
     }
 
     #[test]
@@ -281,9 +271,9 @@ mod tests {
 
     #[test]
     fn the_same_content_has_the_same_hash() {
-        let one = survey_of("ODOM 0 0 0 0 0 0 9 h 9\n").content_hash;
-        assert_eq!(one, survey_of("ODOM 0 0 0 0 0 0 9 h 9").content_hash, "same lines");
-        assert_ne!(one, survey_of("ODOM 0 0 0 0 0 0 8 h 9").content_hash, "another stamp");
+        let one = survey_of("ODOM 0 0 0 0 0 0 9 h 9\n").account.content_hash;
+        assert_eq!(one, survey_of("ODOM 0 0 0 0 0 0 9 h 9").account.content_hash, "same lines");
+        assert_ne!(one, survey_of("ODOM 0 0 0 0 0 0 8 h 9").account.content_hash, "another stamp");
     }
 
     #[test]
@@ -299,9 +289,9 @@ mod tests {
         let path = folder.path().join("cut.log.gz");
         std::fs::write(&path, &whole[..whole.len() / 2]).expect("a free disk");
         let found = survey(crate::replay::lines::open(&path).expect("it is there"));
-        let reason = found.broken_off.expect("the end is missing");
+        let reason = found.account.broken_off.expect("the end is missing");
         assert!(reason.starts_with("the file ends within its compression"), "{reason}");
-        let n_scans = found.scan_stamps_ns.len();
+        let n_scans = found.account.stamps_ns.len();
         assert!((100..2000).contains(&n_scans), "{n_scans} scans before the cut");
     }
 }

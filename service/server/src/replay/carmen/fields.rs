@@ -4,7 +4,8 @@ use std::str::SplitAsciiWhitespace;
 
 use meetpoint_geometry::Pose;
 
-use super::{BadLine, stamp};
+use super::BadLine;
+use crate::replay::stamp;
 
 /// Readings a line may have: as many as a session may declare.
 pub(super) const READINGS_MAX: u32 = 8192;

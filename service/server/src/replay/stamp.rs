@@ -8,7 +8,7 @@ const SECOND_NS: i64 = 1_000_000_000;
 
 /// The nanoseconds of `seconds`, a plain decimal number; decimals beyond the ninth are cut off.
 /// `None` for anything else, and beyond the range of `i64`.
-pub(super) fn nanoseconds(seconds: &str) -> Option<i64> {
+pub(crate) fn nanoseconds(seconds: &str) -> Option<i64> {
     let (negative, digits) = match seconds.strip_prefix('-') {
         Some(digits) => (true, digits),
         None => (false, seconds),
