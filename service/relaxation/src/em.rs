@@ -16,7 +16,7 @@ use crate::motion_model::MotionParams;
 use crate::no_landmark::View;
 use crate::path::{self, Path};
 use crate::perception::{Perception, PerceptionParams};
-use crate::pose_grid::PoseGrid;
+use crate::pose_grid::{PoseCell, PoseGrid};
 use crate::start::StartBelief;
 use crate::travel::Travel;
 use crate::{backward, forward};
@@ -191,10 +191,21 @@ impl<'a> Em<'a> {
 
     /// The most likely path, given the current map; `None` if the robot left the grid.
     pub fn path(&self) -> Option<Path> {
+        let (cells, posterior) = self.traced()?;
+        Some(path::around(&self.level.grid, &cells, &posterior))
+    }
+
+    /// The cells of the most likely path.
+    pub fn most_likely_cells(&self) -> Option<Vec<PoseCell>> {
+        self.traced().map(|(cells, _)| cells)
+    }
+
+    fn traced(&self) -> Option<(Vec<PoseCell>, Vec<Belief>)> {
         let perception = self.perception();
-        let posterior = self.e_step(perception.as_ref());
+        let beliefs = self.e_step(perception.as_ref()).beliefs;
         let start = self.params.start.on(&self.level.grid);
-        path::most_likely(&self.model(), &start, perception.as_ref(), &posterior.beliefs)
+        let cells = path::most_likely(&self.model(), &start, perception.as_ref(), &beliefs)?;
+        Some((cells, beliefs))
     }
 
     fn e_step(&self, perception: Option<&Perception>) -> Posterior {

@@ -17,7 +17,7 @@ use crate::e_step::Model;
 use crate::forward::likelihood_of;
 use crate::layer::Layer;
 use crate::perception::Perception;
-use crate::pose_grid::PoseCell;
+use crate::pose_grid::{PoseCell, PoseGrid};
 use crate::stencil::Combine;
 use crate::travel::Travel;
 
@@ -65,13 +65,13 @@ impl Path {
     }
 }
 
-/// The most likely path; `None` if no pose is possible at some step.
+/// The cells of the most likely path; `None` if no pose is possible at some step.
 pub(crate) fn most_likely(
     model: &Model<'_>,
     start: &Belief,
     perception: Option<&Perception>,
     posterior: &[Belief],
-) -> Option<Path> {
+) -> Option<Vec<PoseCell>> {
     let mut best: Vec<Belief> = Vec::with_capacity(posterior.len());
     for (step, kept) in posterior.iter().enumerate() {
         let reached = match best.last() {
@@ -96,14 +96,14 @@ pub(crate) fn most_likely(
         weighed.scale(1.0 / max);
         best.push(weighed);
     }
-    let cells = traced(model, &best)?;
-    let around: Vec<_> = cells
-        .iter()
-        .zip(posterior)
-        .map(|(&cell, belief)| mean_around(model, cell, belief))
-        .collect();
-    let (poses, certainty) = around.into_iter().unzip();
-    Some(Path { poses, certainty })
+    traced(model, &best)
+}
+
+/// The path along cells, each pose the posterior's mean around its cell.
+pub(crate) fn around(grid: &PoseGrid, cells: &[PoseCell], posterior: &[Belief]) -> Path {
+    let means = cells.iter().zip(posterior).map(|(&cell, belief)| mean_around(grid, cell, belief));
+    let (poses, certainty) = means.unzip();
+    Path { poses, certainty }
 }
 
 /// Without what the posterior does not keep.
@@ -151,8 +151,7 @@ fn traced(model: &Model<'_>, best: &[Belief]) -> Option<Vec<PoseCell>> {
 }
 
 /// The posterior's mean over a cell and its neighbours, and their share of it.
-fn mean_around(model: &Model<'_>, at: PoseCell, belief: &Belief) -> (Pose, f64) {
-    let grid = model.grid;
+fn mean_around(grid: &PoseGrid, at: PoseCell, belief: &Belief) -> (Pose, f64) {
     let (mut sum, mut x_m, mut y_m, mut turn_rad) = (0.0, 0.0, 0.0, 0.0);
     for turn in -1..=1 {
         let heading = grid.turned(at.heading, turn);

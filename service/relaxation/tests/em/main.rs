@@ -1,0 +1,8 @@
+//! Expectation maximisation against its definition, and on worlds whose answer is known.
+
+mod baum_welch;
+mod definition;
+mod paths;
+mod resume;
+mod square_loop;
+mod worlds;
