@@ -69,12 +69,12 @@ impl Belief {
 
     /// Sum over all poses.
     pub(crate) fn sum(&self) -> f64 {
-        let layer = |layer: &Layer| layer.weights().iter().map(|&weight| f64::from(weight)).sum();
-        self.layers.iter().map(layer).map(|sum: f64| sum).sum()
+        let of = |layer: &Layer| -> f64 { layer.weights().iter().copied().map(f64::from).sum() };
+        self.layers.iter().map(of).sum()
     }
 
     pub(crate) fn max(&self) -> f32 {
-        let weights = self.layers.iter().flat_map(|layer| layer.weights());
+        let weights = self.layers.iter().flat_map(Layer::weights);
         weights.fold(0.0, |max, &weight| max.max(weight))
     }
 

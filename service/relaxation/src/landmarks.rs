@@ -6,7 +6,7 @@
 use meetpoint_geometry::{Point2, Vector2};
 use nalgebra::Matrix2;
 
-use crate::landmark::Landmark;
+use crate::landmark::{Landmark, LandmarkKind};
 use crate::landmark_map::LandmarkMap;
 use crate::perception::single;
 
@@ -55,13 +55,8 @@ impl LandmarkMap {
                 break;
             }
             let around = self.taken_around(peak, params.radius_m, &mut left);
-            if let Some(landmark) = landmark(&around, self.grid().node_area_m2()) {
-                if landmark.0 >= params.certainty_min {
-                    let (certainty, position, covariance_m2) = landmark;
-                    let kind = self.kinds()[kind];
-                    landmarks.push(Landmark { position, covariance_m2, kind, certainty });
-                }
-            }
+            let found = landmark(&around, self.grid().node_area_m2(), self.kinds()[kind]);
+            landmarks.extend(found.filter(|found| found.certainty >= params.certainty_min));
         }
         landmarks
     }
@@ -89,25 +84,26 @@ impl LandmarkMap {
 fn landmark(
     around: &[(Point2<f64>, f64)],
     node_area_m2: f64,
-) -> Option<(f64, Point2<f64>, Matrix2<f64>)> {
+    kind: LandmarkKind,
+) -> Option<Landmark> {
     let sum: f64 = around.iter().map(|(_, weight)| weight).sum();
     if sum <= 0.0 {
         return None;
     }
     let weighed = around.iter().map(|(point, weight)| point.coords * (weight / sum));
-    let mean = Point2::from(weighed.fold(Vector2::zeros(), |sum, point| sum + point));
+    let position = Point2::from(weighed.fold(Vector2::zeros(), |sum, point| sum + point));
     let mut covariance_m2 = Matrix2::identity() * (node_area_m2 / 12.0);
     for (point, weight) in around {
-        let off = point - mean;
+        let off = point - position;
         covariance_m2 += off * off.transpose() * (weight / sum);
     }
-    Some((sum.min(1.0), mean, covariance_m2))
+    Some(Landmark { position, covariance_m2, kind, certainty: sum.min(1.0) })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::landmark::{Kinds, LandmarkKind};
+    use crate::landmark::Kinds;
     use crate::pose_grid::{Area, PoseGrid};
 
     #[test]

@@ -178,7 +178,6 @@ impl PoseGrid {
     }
 
     /// The heading a number of steps further, to either side.
-    #[expect(clippy::cast_sign_loss, reason = "a remainder is not negative")]
     #[expect(clippy::cast_possible_wrap, reason = "at most 1,440 headings")]
     pub fn turned(&self, heading: u32, steps: i32) -> u32 {
         (heading as i32 + steps).rem_euclid(self.n_headings as i32) as u32

@@ -19,17 +19,19 @@ fn e_step(world: &World<'_>, map: &Map) -> Option<(Vec<Vec<f64>>, f64)> {
     };
     let mut log_likelihood = 0.0;
     let mut alphas: Vec<Vec<f64>> = Vec::new();
-    for step in 0..steps.len() {
+    for (step, likelihood) in likelihood.iter().enumerate() {
         let reached = |to: usize| match alphas.last() {
             None => world.start(world.cells[to]),
             Some(before) => (0..n).map(|from| before[from] * motion(step - 1, from, to)).sum(),
         };
-        let mut alpha: Vec<f64> = (0..n).map(|to| reached(to) * likelihood[step][to]).collect();
+        let mut alpha: Vec<f64> = (0..n).map(|to| reached(to) * likelihood[to]).collect();
         let sum: f64 = alpha.iter().sum();
         if sum <= 1e-12 {
             return None;
         }
-        alpha.iter_mut().for_each(|value| *value /= sum);
+        for value in &mut alpha {
+            *value /= sum;
+        }
         log_likelihood += sum.ln();
         alphas.push(alpha);
     }
@@ -45,7 +47,9 @@ fn e_step(world: &World<'_>, map: &Map) -> Option<(Vec<Vec<f64>>, f64)> {
                 |from: usize| (0..n).map(|to| motion(step - 1, from, to) * weighed[to]).sum();
             let mut before: Vec<f64> = (0..n).map(before).collect();
             let max = before.iter().copied().fold(0.0, f64::max);
-            before.iter_mut().for_each(|value| *value /= max);
+            for value in &mut before {
+                *value /= max;
+            }
             beta = before;
         }
     }
