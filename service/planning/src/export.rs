@@ -77,6 +77,6 @@ impl Plans {
         let door = &self.layout.doors[region][gate];
         assert!(node < door.n_nodes, "node {node} of {}", door.n_nodes);
         let (table, place) = (&self.tables[region], door.first + node);
-        (0..self.layout.cells[region].len()).map(move |slot| table.cost(slot, gate, place))
+        (0..self.layout.cells[region].len()).map(move |slot| table.cost(slot, gate, door, place))
     }
 }

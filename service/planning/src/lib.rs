@@ -1,7 +1,9 @@
 //! Paths by look-up: plan tables over the regions of a map.
 
 mod along;
+mod approach;
 mod cost;
+mod differences;
 mod exits;
 mod export;
 mod final_goal;
@@ -10,6 +12,7 @@ mod gate_costs;
 mod gates;
 mod hierarchy;
 mod inside;
+mod least_sums;
 mod meeting;
 mod nearest;
 mod pair_costs;

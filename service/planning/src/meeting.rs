@@ -3,11 +3,10 @@
 //! The look-up itself: least bounds first, so that of all pairs of gates only one or two are looked
 //! at node by node. Nothing is allocated.
 
+use crate::approach::{Approach, BlockSums, End};
 use crate::cost::{Cost, UNREACHABLE};
 use crate::gate_costs::NodeName;
-use crate::gates::GATE_NODES_MAX;
 use crate::plans::{Place, Plans};
-use crate::region_table::{Door, RegionTable};
 
 /// A shortest path through gates: from a cell to the first node, to the last, to a cell.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -15,52 +14,6 @@ pub(crate) struct Meeting {
     pub(crate) cost: Cost,
     pub(crate) first: NodeName,
     pub(crate) last: NodeName,
-}
-
-/// A cell, and the ways out of its region.
-struct End<'a> {
-    place: Place,
-    table: &'a RegionTable,
-    doors: &'a [Door],
-    /// Least cost to each door but for its toll.
-    least: &'a [Cost],
-    tolls: &'a [Cost],
-}
-
-/// Costs from a cell to the nodes of one gate.
-struct Approach {
-    gate: usize,
-    costs: [Cost; GATE_NODES_MAX],
-    n_nodes: usize,
-}
-
-impl<'a> End<'a> {
-    fn new(plans: &'a Plans, place: Place) -> Self {
-        let table = &*plans.tables[place.region()];
-        let doors = plans.layout.doors[place.region()].as_slice();
-        let tolls = plans.door_tolls[place.region()].as_slice();
-        Self { place, table, doors, least: table.least(place.slot()), tolls }
-    }
-
-    fn least(&self, door: usize) -> Cost {
-        self.least[door].saturating_add(self.tolls[door])
-    }
-
-    fn approach(&self, at: usize) -> Approach {
-        let door = &self.doors[at];
-        let mut costs = [UNREACHABLE; GATE_NODES_MAX];
-        if self.tolls[at] < UNREACHABLE {
-            let to = &mut costs[..door.n_nodes];
-            self.table.costs(self.place.slot(), at, door, self.tolls[at], to);
-        }
-        Approach { gate: door.gate, costs, n_nodes: door.n_nodes }
-    }
-}
-
-impl Approach {
-    fn costs(&self) -> &[Cost] {
-        &self.costs[..self.n_nodes]
-    }
 }
 
 impl Plans {
@@ -79,10 +32,7 @@ impl Plans {
         let mut best: Option<Meeting> = None;
         self.each_pair(from, to, |from, to| {
             let least = best.map_or(UNREACHABLE, |meeting| meeting.cost);
-            let cost = self.cost_between(from, to);
-            if cost < least {
-                best = self.meeting_between(from, to, cost);
-            }
+            best = self.meeting_below(from, to, least).or(best);
             best.map_or(UNREACHABLE, |meeting| meeting.cost)
         });
         best
@@ -94,7 +44,7 @@ impl Plans {
         &self,
         from: Place,
         to: Place,
-        mut visit: impl FnMut(&Approach, &Approach) -> Cost,
+        mut visit: impl FnMut(&Approach<'_>, &Approach<'_>) -> Cost,
     ) {
         let exits = [(from, to), (to, from)]
             .map(|(here, there)| self.exits.of(here.region(), there.region()));
@@ -119,12 +69,12 @@ impl Plans {
         from: &End<'_>,
         to: &End<'_>,
         [from_doors, to_doors]: [impl Iterator<Item = usize> + Clone; 2],
-        mut visit: impl FnMut(&Approach, &Approach) -> Cost,
+        mut visit: impl FnMut(&Approach<'_>, &Approach<'_>) -> Cost,
     ) {
         // Every sum is of at most three costs, and fits.
         let bound = |from_door: usize, to_door: usize| {
             let between = self.pairs.of(from.doors[from_door].gate, to.doors[to_door].gate).least;
-            from.least(from_door).min(UNREACHABLE) + between + to.least(to_door).min(UNREACHABLE)
+            from.least(from_door) + between + to.least(to_door)
         };
         let pairs = || {
             let to_doors = to_doors.clone();
@@ -136,7 +86,7 @@ impl Plans {
             return;
         }
         let mut best = visit(&from.approach(first), &to.approach(last));
-        let mut approach: Option<(usize, Approach)> = None;
+        let mut approach: Option<(usize, Approach<'_>)> = None;
         for (from_door, to_door) in pairs() {
             if (from_door, to_door) == (first, last) || best <= bound(from_door, to_door) {
                 continue;
@@ -151,26 +101,25 @@ impl Plans {
     }
 
     /// Least cost from one approach's cell over its gate and the other's to the other's cell.
-    fn cost_between(&self, from: &Approach, to: &Approach) -> Cost {
+    fn cost_between(&self, from: &Approach<'_>, to: &Approach<'_>) -> Cost {
         match self.pairs.block(&self.layout.hierarchy, from.gate, to.gate) {
-            Some(block) => {
-                let (rows, columns) = if block.is_turned { (to, from) } else { (from, to) };
-                least_sum(rows.costs(), block.costs, columns.costs())
-            }
+            Some(block) => BlockSums { from: *from, to: *to, block }.cost(),
             None => self.cost_by_ancestors(from, to),
         }
     }
 
     /// The same over the common ancestors of the two gates.
-    fn cost_by_ancestors(&self, from: &Approach, to: &Approach) -> Cost {
+    fn cost_by_ancestors(&self, from: &Approach<'_>, to: &Approach<'_>) -> Cost {
         let bound = self.pairs.of(from.gate, to.gate);
         let (n_common, n_read) = (bound.n_common as usize, bound.n_read as usize);
         let mut best = UNREACHABLE;
         let mut sums = [[UNREACHABLE; CHUNK]; 2];
+        let ends = [(from.gate, from.costs()), (to.gate, to.costs())];
         for first in (0..n_read).step_by(CHUNK) {
             let n = CHUNK.min(n_read - first);
-            for (approach, sums) in [from, to].into_iter().zip(&mut sums) {
-                self.sums(approach, n_common - first, &mut sums[..n]);
+            for (&(gate, ref costs), sums) in ends.iter().zip(&mut sums) {
+                let costs = &costs[..self.layout.hierarchy.n_nodes[gate]];
+                self.sums(gate, costs, n_common - first, &mut sums[..n]);
             }
             for (&a, &b) in sums[0][..n].iter().zip(&sums[1][..n]) {
                 best = best.min(a + b);
@@ -181,38 +130,57 @@ impl Plans {
 
     /// Least costs over a gate's nodes to ancestor nodes, of which the first is `from_end` columns
     /// before the end of the rows.
-    fn sums(&self, approach: &Approach, from_end: usize, sums: &mut [Cost]) {
+    fn sums(&self, gate: usize, costs: &[Cost], from_end: usize, sums: &mut [Cost]) {
         sums.fill(UNREACHABLE);
-        for (node, &cost) in approach.costs().iter().enumerate() {
-            let row = self.gate_costs.row(NodeName { gate: approach.gate, node });
+        for (node, &cost) in costs.iter().enumerate() {
+            let row = self.gate_costs.row(NodeName { gate, node });
             for (sum, &onward) in sums.iter_mut().zip(&row[row.len() - from_end..]) {
                 *sum = (*sum).min(cost + onward);
             }
         }
     }
 
-    /// Which nodes a cost came from: the first pair of nodes with it.
-    fn meeting_between(&self, from: &Approach, to: &Approach, cost: Cost) -> Option<Meeting> {
-        let name = |gate: usize, node: usize| NodeName { gate, node };
-        from.costs().iter().enumerate().find_map(|(first, &before)| {
-            let first = name(from.gate, first);
-            let last = to.costs().iter().enumerate().find(|&(last, &after)| {
-                before + after < UNREACHABLE
-                    && before + self.cost_of_nodes(first, name(to.gate, last)) + after == cost
-            });
-            last.map(|(last, _)| Meeting { cost, first, last: name(to.gate, last) })
-        })
+    /// The best path by those two gates if it costs less than `limit`: the first pair of nodes with
+    /// its cost, by the nodes of `from`.
+    fn meeting_below(
+        &self,
+        from: &Approach<'_>,
+        to: &Approach<'_>,
+        limit: Cost,
+    ) -> Option<Meeting> {
+        let (cost, nodes) = match self.pairs.block(&self.layout.hierarchy, from.gate, to.gate) {
+            Some(block) => {
+                let sums = BlockSums { from: *from, to: *to, block };
+                let cost = sums.cost();
+                (cost, if cost < limit { sums.first(cost) } else { None })
+            }
+            None => {
+                let cost = self.cost_by_ancestors(from, to);
+                (cost, if cost < limit { self.first_by_ancestors(from, to, cost) } else { None })
+            }
+        };
+        let (first, last) = nodes?;
+        let [first, last] =
+            [(from.gate, first), (to.gate, last)].map(|(gate, node)| NodeName { gate, node });
+        Some(Meeting { cost, first, last })
     }
 
-    /// Cost between two nodes.
-    fn cost_of_nodes(&self, from: NodeName, to: NodeName) -> Cost {
-        let hierarchy = &self.layout.hierarchy;
-        if let Some(block) = self.pairs.block(hierarchy, from.gate, to.gate) {
-            let (low, high) = if block.is_turned { (to, from) } else { (from, to) };
-            return block.costs[low.node * hierarchy.n_nodes[high.gate] + high.node];
-        }
-        let sums = self.over_ancestors(from, to);
-        sums.min().unwrap_or(UNREACHABLE).min(UNREACHABLE)
+    /// The first pair of nodes with that cost.
+    fn first_by_ancestors(
+        &self,
+        from: &Approach<'_>,
+        to: &Approach<'_>,
+        cost: Cost,
+    ) -> Option<(usize, usize)> {
+        let name = |gate: usize, node: usize| NodeName { gate, node };
+        let [before, after] = [from, to].map(Approach::costs);
+        (0..from.n_nodes).find_map(|first| {
+            let sum = |&last: &usize| {
+                let ways = self.over_ancestors(name(from.gate, first), name(to.gate, last));
+                before[first] + ways.min().unwrap_or(UNREACHABLE).min(UNREACHABLE) + after[last]
+            };
+            (0..to.n_nodes).find(|last| sum(last) == cost).map(|last| (first, last))
+        })
     }
 
     /// Costs between two nodes over every common ancestor node that a path may go over.
@@ -236,18 +204,6 @@ impl Plans {
             .find(|&gate| hierarchy.n_above[gate] < from_end)?;
         Some(NodeName { gate, node: hierarchy.n_columns(gate) - from_end })
     }
-}
-
-/// `min over i, j of rows[i] + between[i][j] + columns[j]`.
-fn least_sum(rows: &[Cost], between: &[Cost], columns: &[Cost]) -> Cost {
-    let mut best = UNREACHABLE;
-    for (&row, between) in rows.iter().zip(between.chunks_exact(columns.len())) {
-        if row < best {
-            let sums = between.iter().zip(columns).map(|(between, column)| between + column);
-            best = best.min(row + sums.min().unwrap_or(UNREACHABLE));
-        }
-    }
-    best
 }
 
 /// Ancestor nodes looked at together: what fits in the processor's nearest memory.

@@ -2,15 +2,18 @@
 //!
 //! For every pair of gates a block with the cost between any two of their nodes, as long as all
 //! blocks together fit in memory; the least cost of every block, by which most pairs are ruled out
-//! without a look at their nodes. Without blocks the costs come from the common ancestors of the two gates, exact as well, in more time. With n
-//! nodes and h nodes in the ancestors of a gate: time O(n² · h), space O(n²).
+//! without a look at their nodes, and which the others of the block are kept as differences to.
+//! Without blocks the costs come from the common ancestors of the two gates, exact as well, in more
+//! time. With n nodes and h nodes in the ancestors of a gate: time O(n² · h), space O(n²).
 
 use std::sync::Arc;
 
 use crate::cost::{Cost, UNREACHABLE};
+use crate::differences::{DifferenceRow, Differences};
 use crate::exits::Uncovered;
 use crate::gate_costs::{GateCosts, NodeName};
 use crate::hierarchy::Hierarchy;
+use crate::least_sums::stride;
 
 /// For all pairs of gates.
 #[derive(Clone, Debug)]
@@ -18,8 +21,8 @@ pub(crate) struct PairCosts {
     bounds: Vec<PairBound>,
     /// One row a gate, by rank: its blocks with the gates of equal or higher rank. Empty if there
     /// is no room for them.
-    blocks: Vec<Arc<Vec<Cost>>>,
-    /// Number of nodes of all gates of lower rank.
+    blocks: Vec<Arc<Differences>>,
+    /// Number of columns of all gates of lower rank.
     n_before: Vec<usize>,
 }
 
@@ -47,12 +50,30 @@ pub(crate) struct PairBound {
     pub(crate) n_read: u32,
 }
 
-/// Costs between the nodes of two gates: a row a node of the first.
+/// Costs between the nodes of two gates: a row of [`stride`] columns a node of the first.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Block<'a> {
-    pub(crate) costs: &'a [Cost],
+    /// The least cost.
+    pub(crate) least: Cost,
+    /// What the others are more.
+    pub(crate) more: DifferenceRow<'a>,
+    /// Columns a row.
+    pub(crate) stride: usize,
     /// Whether the rows are those of the other gate.
     pub(crate) is_turned: bool,
+}
+
+impl Block<'_> {
+    /// Cost from a node of the first gate to one of the other.
+    pub(crate) fn cost(&self, from: usize, to: usize) -> Cost {
+        let (row, column) = if self.is_turned { (to, from) } else { (from, to) };
+        self.more.cost(row * self.stride + column, self.least)
+    }
+
+    /// The costs of a row.
+    pub(crate) fn row(&self, row: usize, to: &mut [Cost]) {
+        self.more.part(row * self.stride..(row + 1) * self.stride).costs(self.least, to);
+    }
 }
 
 impl PairCosts {
@@ -63,13 +84,14 @@ impl PairCosts {
         let mut n_total = 0;
         for &gate in &hierarchy.order {
             n_before[gate] = n_total;
-            n_total += hierarchy.n_nodes[gate];
+            n_total += stride(hierarchy.n_nodes[gate]);
         }
         let nothing = PairBound { least: UNREACHABLE, n_common: 0, n_read: 0 };
+        // As if all needed 32 bits: whether they do depends on the costs.
         let has_blocks = n_total * n_total / 2 * size_of::<Cost>() <= bytes_max;
         let row = |gate: usize| {
             let n_columns = n_total - n_before[gate];
-            Arc::new(vec![UNREACHABLE; hierarchy.n_nodes[gate] * n_columns])
+            Arc::new(Differences::new(hierarchy.n_nodes[gate] * n_columns))
         };
         let mut pairs = Self {
             bounds: vec![nothing; n_gates * n_gates],
@@ -140,22 +162,40 @@ impl PairCosts {
             let first = row.len() - n_common as usize;
             first..first + n_read as usize
         };
-        let first = (self.n_before[high] - self.n_before[low]) * n_low;
-        let block = &mut Arc::make_mut(&mut self.blocks[low])[first..first + n_low * n_high];
-        let (mut least, mut is_other) = (UNREACHABLE, false);
-        for (node, to) in block.chunks_exact_mut(n_high).enumerate() {
+        let mut block = Vec::with_capacity(n_low * n_high);
+        for node in 0..n_low {
             let row = costs.row(NodeName { gate: low, node });
             let row = &row[columns(row)];
-            for (node, to) in to.iter_mut().enumerate() {
+            block.extend((0..n_high).map(|node| {
                 let other = costs.row(NodeName { gate: high, node });
                 let sums = row.iter().zip(&other[columns(other)]).map(|(a, b)| a + b);
-                let cost = sums.min().unwrap_or(UNREACHABLE).min(UNREACHABLE);
-                is_other |= cost != *to;
-                *to = cost;
-                least = least.min(cost);
+                sums.min().unwrap_or(UNREACHABLE).min(UNREACHABLE)
+            }));
+        }
+        let least = block.iter().copied().min().unwrap_or(UNREACHABLE);
+        let is_other = self.put(hierarchy, low, high, &block, least);
+        (least, is_other)
+    }
+
+    /// Writes a block, and tells whether it is another than before.
+    fn put(
+        &mut self,
+        hierarchy: &Hierarchy,
+        low: usize,
+        high: usize,
+        block: &[Cost],
+        least: Cost,
+    ) -> bool {
+        let [n_low, n_high] = [low, high].map(|gate| hierarchy.n_nodes[gate]);
+        let first = (self.n_before[high] - self.n_before[low]) * n_low;
+        let known = Arc::make_mut(&mut self.blocks[low]);
+        let mut is_other = self.bounds[low * self.n_before.len() + high].least != least;
+        for (row, costs) in block.chunks_exact(n_high).enumerate() {
+            for (column, &cost) in costs.iter().enumerate() {
+                is_other |= known.put(first + row * stride(n_high) + column, cost, least);
             }
         }
-        (least, is_other)
+        is_other
     }
 
     /// Whether costs between all nodes are kept.
@@ -173,8 +213,10 @@ impl PairCosts {
         let (low, high) = if is_turned { (b, a) } else { (a, b) };
         let row = self.blocks.get(low)?;
         let n_low = hierarchy.n_nodes[low];
+        let stride = stride(hierarchy.n_nodes[high]);
         let first = (self.n_before[high] - self.n_before[low]) * n_low;
-        Some(Block { costs: &row[first..first + n_low * hierarchy.n_nodes[high]], is_turned })
+        let more = row.row(first..first + n_low * stride);
+        Some(Block { least: self.of(a, b).least, more, stride, is_turned })
     }
 
     /// Costs between the nodes of two gates, a row a node of the first, if blocks are kept.
@@ -185,21 +227,14 @@ impl PairCosts {
         b: usize,
     ) -> Option<Uncovered> {
         let block = self.block(hierarchy, a, b)?;
-        let n_columns = hierarchy.n_nodes[b];
-        let mut costs = block.costs.to_vec();
-        if block.is_turned {
-            let n_rows = hierarchy.n_nodes[a];
-            let turned = (0..n_rows).flat_map(|row| {
-                (0..n_columns).map(move |column| block.costs[column * n_rows + row])
-            });
-            costs = turned.collect();
-        }
-        Some(Uncovered { costs, n_columns })
+        let [n_rows, n_columns] = [a, b].map(|gate| hierarchy.n_nodes[gate]);
+        let row = |from: usize| (0..n_columns).map(move |to| block.cost(from, to));
+        Some(Uncovered { costs: (0..n_rows).flat_map(row).collect(), n_columns })
     }
 
     /// Memory, in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
-        let blocks = self.blocks.iter().map(|row| size_of_val(row.as_slice())).sum::<usize>();
+        let blocks = self.blocks.iter().map(|row| row.n_bytes()).sum::<usize>();
         size_of_val(self.bounds.as_slice()) + blocks
     }
 }

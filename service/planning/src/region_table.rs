@@ -6,10 +6,12 @@
 //!
 //! Of the nodes that the region itself holds, and of those across: the last step to these crosses
 //! the gate. Costs to the nodes of one gate differ little: each is stored as what it exceeds the
-//! least of the gate by, in 16 bits where all do fit. One wave (Dijkstra) a node. Time and space
+//! least of the gate by, in 16 bits where all do fit. The least stands before the differences to it,
+//! so that a look-up reads one place in memory. One wave (Dijkstra) a node. Time and space
 //! O(cells · nodes).
 
 use crate::cost::{Cost, UNREACHABLE};
+use crate::differences::{DifferenceRow, Differences, halves, narrowed};
 use crate::gates::Gate;
 use crate::space::Space;
 use crate::wave::{Ground, Wave};
@@ -30,20 +32,16 @@ pub(crate) struct Door {
 /// Costs from the cells of one region to the nodes of its gates.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct RegionTable {
-    n_doors: usize,
-    n_nodes: usize,
-    /// Least cost to a node of the door: one row of `n_doors` a cell.
-    least: Vec<Cost>,
-    /// What the nodes cost more: one row of `n_nodes` a cell.
-    more: More,
+    n_cells: usize,
+    /// Words of a cell's row: for every door [`LEAST_WORDS`], then one a node.
+    n_words: usize,
+    /// One row a cell.
+    words: Differences,
 }
 
-/// Differences to the least; the largest value of the type is [`UNREACHABLE`].
-#[derive(Clone, Debug, PartialEq)]
-enum More {
-    Narrow(Vec<u16>),
-    Wide(Vec<u32>),
-}
+/// Words for the least cost to a node of a door: its two halves where words have 16 bits, the first
+/// alone where they have 32.
+const LEAST_WORDS: usize = 2;
 
 impl RegionTable {
     /// For the cells of a region, with its doors. `slot` tells the place of a cell among `cells`.
@@ -56,13 +54,9 @@ impl RegionTable {
     ) -> Self {
         let ground = Ground::new(space, cells, &slot);
         let (n_cells, n_doors) = (ground.n_cells(), doors.len());
-        let n_nodes = doors.iter().map(|door| door.n_nodes).sum();
-        let mut table = Self {
-            n_doors,
-            n_nodes,
-            least: vec![UNREACHABLE; n_cells * n_doors],
-            more: More::Narrow(vec![u16::MAX; n_cells * n_nodes]),
-        };
+        let n_nodes: usize = doors.iter().map(|door| door.n_nodes).sum();
+        let n_words = n_nodes + n_doors * LEAST_WORDS;
+        let mut table = Self { n_cells, n_words, words: Differences::new(n_cells * n_words) };
         let mut wave = Wave::default();
         let mut columns = vec![];
         for (at, door) in doors.iter().enumerate() {
@@ -72,96 +66,93 @@ impl RegionTable {
                 let seeds = seeds(space, node, door.is_inner, &slot);
                 wave.run(&ground, &seeds, column);
             }
-            table.put(at, door, &columns[..gate.nodes.len()]);
+            table.put(doors, at, &columns[..gate.nodes.len()]);
         }
         table
     }
 
-    /// Writes the costs to the nodes of a door.
-    fn put(&mut self, at: usize, door: &Door, columns: &[Vec<Cost>]) {
-        let n_cells = self.least.len() / self.n_doors;
-        for slot in 0..n_cells {
-            let least = columns.iter().map(|column| column[slot]).min().unwrap_or(UNREACHABLE);
-            self.least[slot * self.n_doors + at] = least;
-        }
-        let place = |slot: usize| slot * self.n_nodes + door.first;
-        if let More::Narrow(more) = &mut self.more {
-            if put_narrow(more, place, &self.least[at..], self.n_doors, columns) {
+    /// Writes the costs to the nodes of the door at `at`, after those before it.
+    fn put(&mut self, doors: &[Door], at: usize, columns: &[Vec<Cost>]) {
+        let first = doors[at].first + at * LEAST_WORDS;
+        if let Differences::Narrow(words) = &mut self.words {
+            let rows = words.chunks_exact_mut(self.n_words).map(|row| &mut row[first..]);
+            if put_narrow(rows, columns) {
                 return;
             }
-            let widened = |&more: &u16| if more == u16::MAX { u32::MAX } else { u32::from(more) };
-            self.more = More::Wide(more.iter().map(widened).collect());
+            self.widen(&doors[..at]);
         }
-        if let More::Wide(more) = &mut self.more {
-            for slot in 0..n_cells {
-                let least = self.least[slot * self.n_doors + at];
-                for (to, column) in more[place(slot)..].iter_mut().zip(columns) {
-                    *to = if column[slot] < UNREACHABLE { column[slot] - least } else { u32::MAX };
+        let Differences::Wide(words) = &mut self.words else { return };
+        for (slot, row) in words.chunks_exact_mut(self.n_words).enumerate() {
+            let (head, more) = row[first..].split_at_mut(LEAST_WORDS);
+            let least = least_of(columns, slot);
+            head[0] = least;
+            for (to, column) in more.iter_mut().zip(columns) {
+                *to = if column[slot] < UNREACHABLE { column[slot] - least } else { u32::MAX };
+            }
+        }
+    }
+
+    /// Makes room for words of 32 bits, `doors` having been written.
+    fn widen(&mut self, doors: &[Door]) {
+        let mut wide = Self { words: self.words.clone(), ..*self };
+        wide.words.widen();
+        if let Differences::Wide(words) = &mut wide.words {
+            for slot in 0..self.n_cells {
+                for (at, door) in doors.iter().enumerate() {
+                    words[self.place(slot, at, door.first)] = self.least(slot, at, door);
                 }
             }
         }
+        *self = wide;
     }
 
-    /// Least costs from a cell, one a door.
-    pub(crate) fn least(&self, slot: usize) -> &[Cost] {
-        &self.least[slot * self.n_doors..][..self.n_doors]
+    /// Where the part of a door begins in a cell's row, or so many words of nodes after that.
+    fn place(&self, slot: usize, at: usize, first: usize) -> usize {
+        slot * self.n_words + at * LEAST_WORDS + first
     }
 
-    /// Cost from a cell to one node, by its place in the rows.
-    pub(crate) fn cost(&self, slot: usize, at: usize, node: usize) -> Cost {
-        let least = self.least[slot * self.n_doors + at];
-        let place = slot * self.n_nodes + node;
-        match &self.more {
-            More::Narrow(more) if more[place] == u16::MAX => UNREACHABLE,
-            More::Narrow(more) => least + Cost::from(more[place]),
-            More::Wide(more) if more[place] == u32::MAX => UNREACHABLE,
-            More::Wide(more) => least + more[place],
-        }
+    /// Least cost from a cell to a node of the door at `at`.
+    pub(crate) fn least(&self, slot: usize, at: usize, door: &Door) -> Cost {
+        self.words.joined(self.place(slot, at, door.first))
+    }
+
+    /// Cost from a cell to a node of the door at `at`, the node by its place among the region's.
+    pub(crate) fn cost(&self, slot: usize, at: usize, door: &Door, node: usize) -> Cost {
+        let place = self.place(slot, at, LEAST_WORDS + node);
+        self.words.cost(place, self.least(slot, at, door))
+    }
+
+    /// What the nodes of the door at `at` cost more than the least of them, from a cell.
+    pub(crate) fn more(&self, slot: usize, at: usize, door: &Door) -> DifferenceRow<'_> {
+        let first = self.place(slot, at, LEAST_WORDS + door.first);
+        self.words.row(first..first + door.n_nodes)
     }
 
     /// Costs from a cell to the nodes of the door at `at`, plus `extra`.
     pub(crate) fn costs(&self, slot: usize, at: usize, door: &Door, extra: Cost, to: &mut [Cost]) {
-        let least = self.least[slot * self.n_doors + at] + extra;
-        let place = slot * self.n_nodes + door.first;
-        match &self.more {
-            More::Narrow(more) => {
-                for (to, &more) in to.iter_mut().zip(&more[place..][..door.n_nodes]) {
-                    *to = if more == u16::MAX { UNREACHABLE } else { least + Cost::from(more) };
-                }
-            }
-            More::Wide(more) => {
-                for (to, &more) in to.iter_mut().zip(&more[place..][..door.n_nodes]) {
-                    *to = if more == u32::MAX { UNREACHABLE } else { least + more };
-                }
-            }
-        }
+        self.more(slot, at, door).costs(self.least(slot, at, door) + extra, to);
     }
 
     /// Memory, in bytes.
     pub(crate) fn n_bytes(&self) -> usize {
-        let more = match &self.more {
-            More::Narrow(more) => size_of_val(more.as_slice()),
-            More::Wide(more) => size_of_val(more.as_slice()),
-        };
-        size_of_val(self.least.as_slice()) + more
+        self.words.n_bytes()
     }
 }
 
-/// Writes differences in 16 bits; false if one does not fit.
-fn put_narrow(
-    more: &mut [u16],
-    place: impl Fn(usize) -> usize,
-    least: &[Cost],
-    n_doors: usize,
-    columns: &[Vec<Cost>],
-) -> bool {
-    for (slot, &least) in least.iter().step_by(n_doors).enumerate() {
-        for (to, column) in more[place(slot)..].iter_mut().zip(columns) {
-            *to = match u16::try_from(column[slot] - least) {
-                _ if UNREACHABLE <= column[slot] => u16::MAX,
-                Ok(more) if more < u16::MAX => more,
-                _ => return false,
-            };
+/// Least cost of a cell.
+fn least_of(columns: &[Vec<Cost>], slot: usize) -> Cost {
+    columns.iter().map(|column| column[slot]).min().unwrap_or(UNREACHABLE)
+}
+
+/// Writes a door's part of every row in 16 bits; false if a difference does not fit.
+fn put_narrow<'a>(rows: impl Iterator<Item = &'a mut [u16]>, columns: &[Vec<Cost>]) -> bool {
+    for (slot, row) in rows.enumerate() {
+        let (head, more) = row.split_at_mut(LEAST_WORDS);
+        let least = least_of(columns, slot);
+        head.copy_from_slice(&halves(least));
+        for (to, column) in more.iter_mut().zip(columns) {
+            let Some(more) = narrowed(column[slot], least) else { return false };
+            *to = more;
         }
     }
     true

@@ -4,7 +4,7 @@ use crate::cost::{Cost, UNREACHABLE};
 use crate::gate_costs::{Leg, NodeName};
 use crate::inside::Scratch;
 use crate::plans::Plans;
-use crate::region_table::RegionTable;
+use crate::region_table::{Door, RegionTable};
 use crate::route::{Route, route_of};
 
 /// A shortest path in the grid.
@@ -21,7 +21,8 @@ struct Goal<'a> {
     region: usize,
     table: &'a RegionTable,
     /// Place of the door among the region's.
-    door: usize,
+    at: usize,
+    door: &'a Door,
     /// Place of the node in the table's rows.
     node: usize,
     cell: usize,
@@ -198,15 +199,16 @@ impl Plans {
 
     fn goal(&self, region: usize, to: NodeName) -> Option<Goal<'_>> {
         let doors = &self.layout.doors[region];
-        let door = doors.iter().position(|door| door.gate == to.gate)?;
+        let (at, door) = doors.iter().enumerate().find(|(_, door)| door.gate == to.gate)?;
         let node = &self.layout.gates[to.gate].nodes[to.node];
         Some(Goal {
             region,
             table: &self.tables[region],
+            at,
             door,
-            node: doors[door].first + to.node,
+            node: door.first + to.node,
             cell: node.cell,
-            across: if doors[door].is_inner { &[] } else { &node.across },
+            across: if door.is_inner { &[] } else { &node.across },
         })
     }
 
@@ -216,7 +218,7 @@ impl Plans {
 
     /// Cost from a cell of the goal's region to the goal.
     fn onward(&self, goal: &Goal, cell: usize) -> Cost {
-        goal.table.cost(self.layout.places[cell].slot(), goal.door, goal.node)
+        goal.table.cost(self.layout.places[cell].slot(), goal.at, goal.door, goal.node)
     }
 
     /// A step on a best way, `left` being what is left: the one taken last if it is one.

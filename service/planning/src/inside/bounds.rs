@@ -57,7 +57,7 @@ impl<'a> Bounds<'a> {
         let octile = bounds.octile(from);
         for (at, door) in plans.layout.doors[region].iter().enumerate() {
             for node in [door.first, door.first + door.n_nodes - 1] {
-                let [a, b] = [start, goal].map(|place| table.cost(place.slot(), at, node));
+                let [a, b] = [start, goal].map(|place| table.cost(place.slot(), at, door, node));
                 let bound = if a < UNREACHABLE && b < UNREACHABLE { a.abs_diff(b) } else { 0 };
                 if octile < bound {
                     bounds.insert(Node { bound, door: at, node, from_goal: b });
@@ -84,8 +84,9 @@ impl<'a> Bounds<'a> {
         if 0 < self.n_nodes {
             let slot = self.plans.layout.places[self.patch.cell(spot)].slot();
             let table = &self.plans.tables[self.region];
+            let doors = &self.plans.layout.doors[self.region];
             for node in &self.nodes[..self.n_nodes] {
-                let cost = table.cost(slot, node.door, node.node);
+                let cost = table.cost(slot, node.door, &doors[node.door], node.node);
                 if UNREACHABLE <= cost {
                     // The goal reaches that node, so that this cell does not reach the goal.
                     return UNREACHABLE;
