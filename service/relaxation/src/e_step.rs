@@ -37,6 +37,8 @@ pub struct Posterior {
     pub log_likelihood: f64,
     /// Cells of all alphas.
     pub n_cells: usize,
+    /// Cells times entries of their motion's kernel, over all steps: what time is proportional to.
+    pub n_products: usize,
     /// Bytes that alphas and betas took at most.
     pub n_bytes: usize,
 }
@@ -49,6 +51,8 @@ pub(crate) fn posterior(
 ) -> Posterior {
     let forward = crate::forward::forward(model, start, perception);
     let n_cells = forward.alphas.iter().map(Belief::n_cells).sum();
+    let carried = forward.alphas.iter().zip(model.motions);
+    let n_products = carried.map(|(alpha, way)| alpha.n_cells() * way.kernel().n_entries()).sum();
     let n_bytes = 2 * forward.alphas.iter().map(Belief::n_bytes).sum::<usize>()
         + forward.likelihoods.iter().map(Belief::n_bytes).sum::<usize>();
     let log_likelihood = forward.log_likelihood;
@@ -57,5 +61,5 @@ pub(crate) fn posterior(
         None => forward.alphas,
         Some(_) => crate::backward::beliefs(model, forward),
     };
-    Posterior { beliefs, log_likelihood, n_cells, n_bytes }
+    Posterior { beliefs, log_likelihood, n_cells, n_products, n_bytes }
 }

@@ -5,6 +5,8 @@
 
 use std::num::NonZero;
 
+use meetpoint_geometry::Pose;
+
 use crate::belief::Belief;
 use crate::calibration::Calibration;
 use crate::e_step::{self, Model, Posterior};
@@ -50,6 +52,28 @@ pub struct EmParams {
     pub n_threads: NonZero<usize>,
 }
 
+impl EmParams {
+    /// A button pressed upon landmarks, a robot on carpet, a start at the frame's origin, one
+    /// thread. Four iterations on a grid twice as coarse find the places, a dozen finer ones at
+    /// most contract them; a thousandth is the paper's share of selection.
+    pub fn button(grid: PoseGrid) -> Self {
+        Self {
+            grid,
+            n_coarse_iterations: 4,
+            coarse_factor: 2,
+            motion: MotionParams::CARPET,
+            calibration: Calibration::NONE,
+            perception: PerceptionParams::BUTTON,
+            map: MapParams::CONTRACTING,
+            start: StartBelief::At(Pose::IDENTITY),
+            selection_share: 1e-3,
+            change_max: 1e-3,
+            n_iterations_max: 16,
+            n_threads: NonZero::<usize>::MIN,
+        }
+    }
+}
+
 /// What the first E-step knows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Start<'a> {
@@ -70,6 +94,8 @@ pub struct Figures {
     pub change: Option<f64>,
     /// Cells of all beliefs together.
     pub n_cells: usize,
+    /// Cells times entries of motion tables, over all steps: what time is proportional to.
+    pub n_products: usize,
     /// Bytes taken at most: motion tables, beliefs, maps.
     pub n_bytes: usize,
 }
@@ -152,6 +178,7 @@ impl<'a> Em<'a> {
             log_likelihood,
             change: log_likelihood.zip(earlier).map(|(now, earlier)| now - earlier),
             n_cells: posterior.n_cells,
+            n_products: posterior.n_products,
             n_bytes: posterior.n_bytes + self.level.n_bytes() + 2 * map.n_bytes(),
         };
         self.map = Some(map);

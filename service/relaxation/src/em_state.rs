@@ -5,7 +5,7 @@
 //! u8  format, 1
 //! u32 iteration; 0: none done
 //! u8  flags: 1 there is a log-likelihood, 2 a change
-//! f64 log-likelihood, f64 change, u64 cells, u64 bytes
+//! f64 log-likelihood, f64 change, u64 cells, u64 products, u64 bytes
 //! u32 kinds, then for each: u8 0 type or 1 identity, u32 number
 //! u8  1 if there is a map, then for each kind and node: f32 probability
 //! ```
@@ -43,6 +43,7 @@ impl<'a> Em<'a> {
         bytes.extend(log_likelihood.unwrap_or(0.0).to_le_bytes());
         bytes.extend(change.unwrap_or(0.0).to_le_bytes());
         bytes.extend(self.figures.map_or(0, |figures| figures.n_cells as u64).to_le_bytes());
+        bytes.extend(self.figures.map_or(0, |figures| figures.n_products as u64).to_le_bytes());
         bytes.extend(self.figures.map_or(0, |figures| figures.n_bytes as u64).to_le_bytes());
         let kinds = self.kinds.as_slice();
         bytes.extend(u32::try_from(kinds.len()).unwrap_or(u32::MAX).to_le_bytes());
@@ -107,13 +108,13 @@ fn figures(bytes: &mut &[u8]) -> Result<Option<Figures>, InvalidState> {
     let flags = u8::from_le_bytes(take(bytes)?);
     let log_likelihood = f64::from_le_bytes(take(bytes)?);
     let change = f64::from_le_bytes(take(bytes)?);
-    let n_cells = usize::try_from(u64::from_le_bytes(take(bytes)?)).map_err(|_| InvalidState)?;
-    let n_bytes = usize::try_from(u64::from_le_bytes(take(bytes)?)).map_err(|_| InvalidState)?;
+    let (n_cells, n_products, n_bytes) = (count(bytes)?, count(bytes)?, count(bytes)?);
     Ok((iteration > 0).then_some(Figures {
         iteration,
         log_likelihood: (flags & 1 != 0).then_some(log_likelihood),
         change: (flags & 2 != 0).then_some(change),
         n_cells,
+        n_products,
         n_bytes,
     }))
 }
@@ -132,6 +133,10 @@ fn kinds(bytes: &mut &[u8]) -> Result<Kinds, InvalidState> {
     }
     let sorted = Kinds::from_kinds(kinds.clone());
     if sorted.as_slice() == kinds { Ok(sorted) } else { Err(InvalidState) }
+}
+
+fn count(bytes: &mut &[u8]) -> Result<usize, InvalidState> {
+    usize::try_from(u64::from_le_bytes(take(bytes)?)).map_err(|_| InvalidState)
 }
 
 fn probability(bytes: &mut &[u8]) -> Result<f32, InvalidState> {

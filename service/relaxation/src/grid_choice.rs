@@ -4,9 +4,9 @@
 //! each step, by the second moments of `motion_model.rs` carried from step to step. Nodes are as
 //! far apart as twice what sightings leave open, because finer ones tell nothing more, and
 //! headings such that a robot comes off by half a node over a usual way between steps; both within
-//! bounds of which the coarse ones are the paper's, and coarser where there would be too many cells.
+//! bounds of which the coarse ones are the paper's, and coarser where there would be too many nodes.
 
-use meetpoint_geometry::Point2;
+use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::calibration::Calibration;
@@ -27,8 +27,9 @@ const RESOLUTION_MIN_M: f64 = 0.1;
 /// Headings: five degrees, the paper's, to two degrees.
 const N_HEADINGS: (f64, f64) = (72.0, 180.0);
 
-/// Cells that a grid has at most; the paper's has 583,200.
-const N_CELLS_MAX: f64 = 2_000_000.0;
+/// Nodes that a grid has at most; the paper's has 8,100. Beliefs take no more for a large grid, but
+/// maps do.
+const N_NODES_MAX: f64 = 250_000.0;
 
 /// The grid for a travel that begins at the frame's origin.
 ///
@@ -42,21 +43,18 @@ pub fn grid_for(
     motion: &MotionParams,
     perception: &PerceptionParams,
 ) -> Result<PoseGrid, InvalidGrid> {
+    if !travel.dead_reckoning(calibration).iter().all(|pose| pose.is_finite()) {
+        return Err(InvalidGrid::Area);
+    }
     let area = area(travel, calibration, motion, perception);
-    let mut resolution_m = resolution_m(travel, perception);
+    let size = area.max - area.min;
+    let coarse_m = (size.x.max(1.0) * size.y.max(1.0) / N_NODES_MAX).sqrt();
+    let resolution_m = resolution_m(travel, perception).max(coarse_m);
     let mut ways: Vec<f64> = travel.steps.iter().map(|step| step.motion.distance_m()).collect();
     ways.sort_by(f64::total_cmp);
     let usual_m = ways.get(ways.len() / 2).copied().unwrap_or(0.0).max(resolution_m);
     let headings = std::f64::consts::TAU * usual_m / resolution_m;
-    let mut headings = headings.clamp(N_HEADINGS.0, N_HEADINGS.1);
-    let size = area.max - area.min;
-    let n_cells = |resolution_m: f64, headings: f64| {
-        size.x.max(1.0) * size.y.max(1.0) / resolution_m.powi(2) * headings
-    };
-    if n_cells(resolution_m, headings) > N_CELLS_MAX {
-        headings = N_HEADINGS.0;
-        resolution_m *= (n_cells(resolution_m, headings) / N_CELLS_MAX).sqrt().max(1.0);
-    }
+    let headings = headings.clamp(N_HEADINGS.0, N_HEADINGS.1);
     PoseGrid::new(area, resolution_m, (headings / 4.0).round() as u32 * 4)
 }
 
@@ -84,10 +82,10 @@ fn area(
     let margin_m = 2.0 * RESOLUTION_MAX_M + N_STD * perception.position_std_m;
     let mut covariance = Matrix3::zeros();
     let (mut min, mut max) = (Point2::new(0.0_f64, 0.0), Point2::new(0.0_f64, 0.0));
-    let mut before = None;
+    let mut before: Option<Pose> = None;
     for (step, pose) in travel.steps.iter().zip(travel.dead_reckoning(calibration)) {
         if let Some(before) = before.replace(pose) {
-            let way = pose.position() - meetpoint_geometry::Pose::position(before);
+            let way = pose.position() - before.position();
             let mut by_before = Matrix3::identity();
             by_before[(0, 2)] = -way.y;
             by_before[(1, 2)] = way.x;
@@ -108,4 +106,49 @@ fn area(
         max = Point2::new(max.x.max(pose.x_m + off_x), max.y.max(pose.y_m + off_y));
     }
     Area { min, max }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::Motion;
+    use crate::travel::{Detector, Sighting, Step};
+
+    fn straight(range_m: f64, n_steps: usize) -> Travel {
+        let sighting = Sighting { identity: None, landmark_type: 0, range_m, bearing_rad: 0.0 };
+        let detector = Detector { range_max_m: range_m, half_field_of_view_rad: 1.0 };
+        let leg = Pose::new(10.0, 0.0, 0.0);
+        let steps = (0..n_steps).map(|step| Step {
+            motion: if step == 0 { Motion::NONE } else { Motion::new(vec![leg]) },
+            sightings: vec![sighting],
+        });
+        Travel { detector, steps: steps.collect() }
+    }
+
+    fn chosen(travel: &Travel, perception: &PerceptionParams) -> Result<PoseGrid, InvalidGrid> {
+        grid_for(travel, &Calibration::NONE, &MotionParams::CARPET, perception)
+    }
+
+    #[test]
+    fn holds_the_path_and_what_it_may_be_off() {
+        let grid = chosen(&straight(0.0, 6), &PerceptionParams::BUTTON).expect("a grid");
+        let area = grid.area();
+        assert!(area.min.x < -2.0 && 55.0 < area.max.x, "the path and more: {area:?}");
+        // A heading that wanders is off by more across than along.
+        let (ahead, aside) = (area.max.x - 50.0, area.max.y);
+        assert!(ahead < aside && aside < 40.0, "{ahead} m ahead, {aside} m aside");
+        assert_eq!(grid.resolution_m(), 1.0, "no finer than a button tells");
+    }
+
+    #[test]
+    fn sharp_sightings_ask_for_a_fine_grid() {
+        let sharp = PerceptionParams { position_std_m: 0.1, ..PerceptionParams::BUTTON };
+        let grid = chosen(&straight(0.5, 3), &sharp).expect("a grid");
+        assert!(grid.resolution_m() < 0.3, "{} m", grid.resolution_m());
+        assert!(72 <= grid.n_headings(), "{} headings", grid.n_headings());
+        assert!(chosen(&straight(f64::NAN, 3), &sharp).is_ok(), "no range is no harm");
+        let mut nowhere = straight(0.0, 3);
+        nowhere.steps[1].motion = Motion::new(vec![Pose::new(f64::INFINITY, 0.0, 0.0)]);
+        assert_eq!(chosen(&nowhere, &sharp), Err(InvalidGrid::Area), "not finite");
+    }
 }

@@ -26,8 +26,9 @@ pub(crate) struct Kernel {
 }
 
 impl Kernel {
-    /// From possible displacements as the robot sees them. Entries below `share` of the largest
-    /// are dropped, and the others made to sum to one again.
+    /// From possible displacements as the robot sees them; those that lead off any grid of this
+    /// size are left out. Entries below `share` of the largest are dropped, and the others made to
+    /// sum to one again.
     pub(crate) fn new(grid: &PoseGrid, spreads: &[Spread], share: f32) -> Self {
         let quarter =
             grid.quarter_headings().map(|heading| slabs(grid, spreads, heading, share)).collect();
@@ -73,12 +74,24 @@ fn slabs(grid: &PoseGrid, spreads: &[Spread], heading_rad: f64, share: f32) -> V
             let position = [cos * x - sin * y, sin * x + cos * y, turn].map(on_node);
             Displacement { position, weight: spread.weight }
         })
+        .filter(|displacement| displacement.stays_on(grid))
         .collect();
     let mut table = Table::around(&displacements);
     for displacement in &displacements {
         table.split(displacement);
     }
     table.into_slabs(share)
+}
+
+impl Displacement {
+    /// Whether it may end on a grid that it begins on; not if it is not finite.
+    fn stays_on(&self, grid: &PoseGrid) -> bool {
+        let Window { width, height, .. } = grid.window();
+        let [x, y, turn] = self.position;
+        x.abs() <= f64::from(width)
+            && y.abs() <= f64::from(height)
+            && turn.abs() <= 2.0 * f64::from(grid.n_headings())
+    }
 }
 
 /// Rounding must not tell a quarter's first heading from the others.

@@ -3,7 +3,7 @@
 
 use std::num::NonZero;
 
-use nalgebra::SymmetricEigen;
+use nalgebra::{Matrix2, SymmetricEigen};
 
 use crate::landmark::{Kinds, Landmark, LandmarkKind};
 use crate::layer::Layer;
@@ -126,11 +126,11 @@ impl LandmarkMap {
 /// Splits a landmark among the nodes where it may be. Splitting adds a variance, which is taken
 /// off its own.
 fn spread(grid: &PoseGrid, landmark: &Landmark, nodes: &mut [f32]) {
-    let axes = SymmetricEigen::new(landmark.covariance_m2);
+    let known = landmark.covariance_m2.iter().all(|value| value.is_finite());
+    let covariance_m2 = if known { landmark.covariance_m2 } else { Matrix2::zeros() };
+    let axes = SymmetricEigen::new(covariance_m2);
     let along = |axis: usize| {
-        let variance = axes.eigenvalues[axis];
-        let usable = if variance.is_finite() { variance } else { 0.0 };
-        normal(usable - grid.node_variance_m2(), grid.resolution_m() / 2.0)
+        normal(axes.eigenvalues[axis] - grid.node_variance_m2(), grid.resolution_m() / 2.0)
     };
     for (first, of_first) in along(0) {
         for (second, of_second) in along(1) {
@@ -146,7 +146,8 @@ fn spread(grid: &PoseGrid, landmark: &Landmark, nodes: &mut [f32]) {
 fn split(grid: &PoseGrid, x: f64, y: f64, weight: f64, nodes: &mut [f32]) {
     for (corner, part) in corners(x, y) {
         if let Some(index) = grid.window().index_of(corner.0, corner.1) {
-            nodes[index] += single(weight * part);
+            // A place or a certainty that is not a number counts nothing.
+            nodes[index] += single((weight * part).max(0.0));
         }
     }
 }

@@ -46,6 +46,10 @@ pub struct MapParams {
 }
 
 impl MapParams {
+    /// Six iterations by (21), the coarse ones among them, then (20): in the paper's first data set
+    /// about the number after which landmarks no longer change partners.
+    pub const CONTRACTING: Self = Self { n_even_iterations: 6, n_seen_nothing: 0.1 };
+
     /// The paper's counts, but for a tenth of a look beforehand, which keeps places at the rim of
     /// what was seen from becoming landmarks.
     pub const THRUN_1998: Self = Self { n_even_iterations: u32::MAX, n_seen_nothing: 0.1 };

@@ -34,6 +34,9 @@ impl StartBelief {
 /// One pose, split among the cells around it unless it is one of them.
 fn at(grid: &PoseGrid, pose: Pose) -> Belief {
     let nearest = grid.cell_at(pose);
+    if !pose.is_finite() || grid.window().index_of(nearest.x, nearest.y).is_none() {
+        return Belief::new(vec![Layer::EMPTY; grid.n_headings() as usize]);
+    }
     let around = |heading: u32, part: f64| {
         let window = Window { x: nearest.x - 1, y: nearest.y - 1, width: 3, height: 3 };
         let window = window.intersection(grid.window());

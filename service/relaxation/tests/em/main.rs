@@ -5,4 +5,5 @@ mod definition;
 mod paths;
 mod resume;
 mod square_loop;
+mod wild_data;
 mod worlds;
