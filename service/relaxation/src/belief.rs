@@ -58,6 +58,18 @@ impl Belief {
         })
     }
 
+    /// Probabilities of positions, whatever the heading, row-major from the grid's lower-left node
+    /// along +x: what the pictures of alpha, beta and posterior show (TBF98 Figs. 3 and 14).
+    pub fn over_positions(&self, grid: &PoseGrid) -> Vec<f32> {
+        let mut sums = vec![0.0; grid.n_nodes()];
+        for (cell, weight) in self.entries() {
+            if let Some(index) = grid.window().index_of(cell.x, cell.y) {
+                sums[index] += weight;
+            }
+        }
+        sums
+    }
+
     /// The most probable pose, the first of several; `None` if there is none.
     pub fn peak(&self) -> Option<PoseCell> {
         let higher = |best: Option<(PoseCell, f32)>, entry: (PoseCell, f32)| match best {

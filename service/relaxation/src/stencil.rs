@@ -151,22 +151,33 @@ fn draw_row(
     }
 }
 
-/// `out[i] += sum over j of taps[j] nodes[i + j]`, four taps at a time.
+/// `out[i] += sum over j of taps[j] nodes[i + j]`, six taps at a time.
 fn add_correlation(taps: &[f32], nodes: &[f32], out: &mut [f32]) {
-    let n = out.len();
-    let (fours, rest) = taps.as_chunks::<4>();
-    for (four, [a, b, c, d]) in fours.iter().enumerate() {
-        let nodes = &nodes[4 * four..];
-        let (first, second) = (&nodes[..n], &nodes[1..=n]);
-        let (third, fourth) = (&nodes[2..n + 2], &nodes[3..n + 3]);
-        for i in 0..n {
-            out[i] += (a * first[i] + b * second[i]) + (c * third[i] + d * fourth[i]);
-        }
+    let (sixes, rest) = taps.as_chunks::<6>();
+    for (six, first) in sixes.iter().zip((0..).step_by(6)) {
+        add_taps(six, &nodes[first..], out);
     }
-    for (tap, offset) in rest.iter().zip(4 * fours.len()..) {
-        for (sum, node) in out.iter_mut().zip(&nodes[offset..]) {
-            *sum += tap * node;
+    let nodes = &nodes[6 * sixes.len()..];
+    match *rest {
+        [a] => add_taps(&[a], nodes, out),
+        [a, b] => add_taps(&[a, b], nodes, out),
+        [a, b, c] => add_taps(&[a, b, c], nodes, out),
+        [a, b, c, d] => add_taps(&[a, b, c, d], nodes, out),
+        [a, b, c, d, e] => add_taps(&[a, b, c, d, e], nodes, out),
+        _ => {}
+    }
+}
+
+/// So many taps in one go: each node of `out` is read and written once.
+fn add_taps<const N: usize>(taps: &[f32; N], nodes: &[f32], out: &mut [f32]) {
+    let n = out.len();
+    let shifted: [&[f32]; N] = std::array::from_fn(|tap| &nodes[tap..tap + n]);
+    for (i, out) in out.iter_mut().enumerate() {
+        let mut sum = 0.0;
+        for (tap, nodes) in taps.iter().zip(shifted) {
+            sum += tap * nodes[i];
         }
+        *out += sum;
     }
 }
 

@@ -118,7 +118,7 @@ fn print_timed(name: &str, travel: &Travel, params: EmParams) {
 }
 
 fn print_head(title: &str) {
-    println!("{title:34} steps  tables s  iterat. s  ms/step  M products  ns a product      MB",);
+    println!("{title:34} steps  tables s  iterat. s  ms/step  M products  ns a product      MB");
 }
 
 /// Without coarse iterations, so that all is measured on one grid.
