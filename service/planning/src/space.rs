@@ -135,6 +135,24 @@ impl Space {
     }
 }
 
+/// Steps in the order in which they are tried, relative to the one towards a goal.
+pub(crate) const FORWARD_FIRST: [usize; 8] = [0, 1, 7, 2, 6, 3, 5, 4];
+
+/// The step that leads most nearly from one cell towards another, both by column
+/// and row.
+pub(crate) fn toward(from: [usize; 2], to: [usize; 2]) -> usize {
+    match [0, 1].map(|axis| to[axis].cmp(&from[axis]) as i8) {
+        [1, 1] => 1,
+        [0, 1] => 2,
+        [-1, 1] => 3,
+        [-1, 0] => 4,
+        [-1, -1] => 5,
+        [0, -1] => 6,
+        [1, -1] => 7,
+        _ => 0,
+    }
+}
+
 /// Cost of a step between two cells of these weights. Rounded down; exact for [`WEIGHT_ONE`].
 pub(crate) fn weighted(step: usize, a: u8, b: u8) -> Cost {
     let length = if step.is_multiple_of(2) { STRAIGHT } else { DIAGONAL };

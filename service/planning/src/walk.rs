@@ -6,6 +6,7 @@ use crate::inside::Scratch;
 use crate::plans::Plans;
 use crate::region_table::{Door, RegionTable};
 use crate::route::{Route, route_of};
+use crate::space::{FORWARD_FIRST, toward};
 
 /// A shortest path in the grid.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -113,14 +114,32 @@ impl Plans {
             return path.cells.get(1).map(|&cell| cell as usize);
         }
         let first = self.meeting(start, goal)?.first;
-        let towards = self.goal(start.region(), first)?;
+        self.next_cell_by(from, to, first, scratch)
+    }
+
+    /// The same where a best path leaves the region by that node.
+    pub(crate) fn next_cell_by(
+        &self,
+        from: usize,
+        to: usize,
+        first: NodeName,
+        scratch: &mut Scratch,
+    ) -> Option<usize> {
+        let towards = self.goal(self.place(from)?.region(), first)?;
         if from == towards.cell {
             // On the gate already: its own gate's cells are next, or those of the leg beyond.
             let path = self.path(from, to, scratch)?;
             return path.cells.get(1).map(|&cell| cell as usize);
         }
-        let step = self.best_step(&towards, from, self.onward(&towards, from), 0)?;
+        let ahead = self.toward(from, towards.cell);
+        let step = self.best_step(&towards, from, self.onward(&towards, from), ahead)?;
         Some(self.space.neighbor(from, step))
+    }
+
+    /// The step that leads most nearly from one cell towards another.
+    fn toward(&self, from: usize, to: usize) -> usize {
+        let width = self.space.info().width as usize;
+        toward([from % width, from / width], [to % width, to / width])
     }
 
     /// The cells of a leg but its first, appended.
@@ -157,7 +176,7 @@ impl Plans {
     /// The same from a cell inside; only the last of every row of equal steps.
     fn walk_to(&self, goal: &Goal, from: usize, cells: &mut Vec<u32>) {
         let mut cell = from;
-        let mut last_step = 0;
+        let mut last_step = self.toward(from, goal.cell);
         while cell != goal.cell {
             let left = self.onward(goal, cell);
             let Some(step) = self.best_step(goal, cell, left, last_step) else { return };
@@ -221,13 +240,14 @@ impl Plans {
         goal.table.cost(self.layout.places[cell].slot(), goal.at, goal.door, goal.node)
     }
 
-    /// A step on a best way, `left` being what is left: the one taken last if it is one.
-    fn best_step(&self, goal: &Goal, cell: usize, left: Cost, last_step: usize) -> Option<usize> {
+    /// A step on a best way, `left` being what is left: the one tried first if it is one, else of
+    /// those that turn least from it.
+    fn best_step(&self, goal: &Goal, cell: usize, left: Cost, tried_first: usize) -> Option<usize> {
         if UNREACHABLE <= left {
             return None;
         }
         let moves = self.space.moves(cell);
-        let mut steps = (0..8).map(|turn| (last_step + turn) % 8);
+        let mut steps = FORWARD_FIRST.map(|turn| (tried_first + turn) % 8).into_iter();
         steps.find(|&step| {
             if moves >> step & 1 == 0 {
                 return false;

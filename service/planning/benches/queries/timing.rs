@@ -50,26 +50,49 @@ pub(crate) fn compare(path: &Path, radius_m: f64, n_pairs: usize) -> Result<(), 
     let again: Vec<_> = apart.iter().map(|&(from, _)| (from, apart[0].1)).collect();
     let again: Vec<_> =
         again.into_iter().filter(|&(from, to)| region(from) != region(to)).collect();
-    show("length, goal asked again", Sample::of(&again, |a, b| plans.cost(a, b, &mut scratch)));
+    let mut towards = plans.towards(apart[0].1);
+    show("length, goal asked again", Sample::of(&again, |a, _| towards.cost(a, &mut scratch)));
     show("route and length", Sample::of(&apart, |a, b| plans.route(a, b, &mut scratch)));
     show("next motion", Sample::of(&apart, |a, b| plans.next_cell(a, b, &mut scratch)));
+    let mut towards = plans.towards(apart[0].1);
+    show(
+        "next motion, goal asked again",
+        Sample::of(&again, |a, _| towards.next_cell(a, &mut scratch)),
+    );
     show("cells of the path", Sample::of(&any, |a, b| plans.path(a, b, &mut scratch)));
     show("dense path", dense(&building, radius_m, &any));
     show("A*, `pathfinding`", Sample::of(&few, |a, b| astar(space, a, b)));
     show("Dijkstra, `pathfinding`", Sample::of(&few, |a, b| dijkstra(space, a, b)));
     let jumps = JumpPoints::new(space);
     show("jump points, `grid_pathfinding`", Sample::of(&few, |a, b| jumps.waypoints(a, b)));
-    let ends: Vec<usize> = any.iter().take(MATRIX_SIDE).flat_map(|&(a, b)| [a, b]).collect();
+    println!();
+    for (name, pairs) in [("any", &any), ("in different regions", &apart)] {
+        println!("{}", matrix(plans, name, &pairs[..MATRIX_SIDE.min(pairs.len())]));
+    }
+    Ok(())
+}
+
+/// Time of all lengths from many cells to many, without those of one region if all `pairs` are of
+/// two.
+fn matrix(plans: &Plans, name: &str, pairs: &[(usize, usize)]) -> String {
+    let region = |cell: usize| plans.partition().region_at(cell);
+    let is_apart = pairs.iter().all(|&(from, to)| region(from) != region(to));
+    let mut scratch = Scratch::default();
     let start = Instant::now();
-    let mut sum = 0_u64;
-    for &from in ends.iter().step_by(2) {
-        for &to in ends.iter().skip(1).step_by(2) {
-            sum += u64::from(plans.cost(from, to, &mut scratch));
+    let (mut sum, mut n_lengths) = (0_u64, 0);
+    for &(_, to) in pairs {
+        let mut towards = plans.towards(to);
+        for &(from, _) in pairs {
+            if !is_apart || region(from) != region(to) {
+                sum += u64::from(towards.cost(from, &mut scratch));
+                n_lengths += 1;
+            }
         }
     }
     let matrix_ms = start.elapsed().as_secs_f64() * 1e3;
-    println!("\n{MATRIX_SIDE} by {MATRIX_SIDE} lengths: {matrix_ms:.2} ms (sum {sum})");
-    Ok(())
+    let side = pairs.len();
+    let each_us = matrix_ms * 1e3 / f64::from(n_lengths);
+    format!("{side} by {side} lengths, {name}: {matrix_ms:.2} ms, {each_us:.2} us each (sum {sum})")
 }
 
 /// Whether costs are those that the crates' searches find.

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::GateCosts;
 use super::matrix::{Matrix, NodeName, Via, column_of_ancestor};
-use crate::cost::{Cost, UNREACHABLE};
+use crate::cost::Cost;
 use crate::hierarchy::Hierarchy;
 
 impl GateCosts {
@@ -17,13 +17,20 @@ impl GateCosts {
         // Rows of all later nodes that a way may go to first: higher gates' to this gate's ancestors.
         let mut first = n_own;
         for &high in &hierarchy.higher[gate] {
+            let from = NodeName { gate, node: 0 };
             for node in 0..hierarchy.n_nodes[high] {
-                let onward = onward(hierarchy, all, gate, NodeName { gate: high, node });
-                for own in 0..n_own {
-                    let extra = up[gate].row(own)[first + node];
-                    if extra < UNREACHABLE {
-                        costs.improve_row(own, n_own, extra, &onward, Via::node(high, node));
-                    }
+                let to = NodeName { gate: high, node };
+                let column = column_of_ancestor(hierarchy, from, to);
+                let extra = |own: usize| up[gate].row(own)[first + node];
+                // If another node leads there as cheaply, it does so on all ways from there.
+                let leads = |own: &usize| extra(*own) < costs.row(*own)[column];
+                let leading: Vec<usize> = (0..n_own).filter(leads).collect();
+                if leading.is_empty() {
+                    continue;
+                }
+                let onward = onward(hierarchy, all, gate, to);
+                for own in leading {
+                    costs.improve_row(own, n_own, extra(own), &onward, Via::node(high, node));
                 }
             }
             first += hierarchy.n_nodes[high];
@@ -32,7 +39,7 @@ impl GateCosts {
             costs.improve(own, own, 0, Via::node(gate, own));
             for later in own + 1..n_own {
                 let extra = up[gate].row(own)[later];
-                if extra < UNREACHABLE {
+                if extra < costs.row(own)[later] {
                     let onward = costs.row(later)[own + 1..].to_vec();
                     costs.improve_row(own, own + 1, extra, &onward, Via::node(gate, later));
                 }

@@ -12,9 +12,7 @@ use crate::inside::Scratch;
 use crate::inside::bounds::Bounds;
 use crate::inside::halts::{Halts, onward, turns};
 use crate::inside::patch::{Ground, Patch, Spot, neighbor, step_cost};
-
-/// Steps in the order in which they are tried, relative to the one towards the goal.
-const FORWARD_FIRST: [usize; 8] = [0, 1, 7, 2, 6, 3, 5, 4];
+use crate::space::{FORWARD_FIRST, toward};
 
 /// The cell that is being left.
 #[derive(Clone, Copy)]
@@ -191,20 +189,6 @@ impl<'a> Hunt<'a> {
             let at = self.patch.at(self.bounds.goal());
             self.scratch.note(at, parent, cost, 0);
         }
-    }
-}
-
-/// The step that leads most nearly from one cell towards another.
-fn toward(from: Spot, to: Spot) -> usize {
-    match [0, 1].map(|axis| to[axis].cmp(&from[axis]) as i8) {
-        [1, 1] => 1,
-        [0, 1] => 2,
-        [-1, 1] => 3,
-        [-1, 0] => 4,
-        [-1, -1] => 5,
-        [0, -1] => 6,
-        [1, -1] => 7,
-        _ => 0,
     }
 }
 

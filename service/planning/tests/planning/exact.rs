@@ -240,6 +240,31 @@ fn check(plans: &Plans, steps: &Steps<'_>, seed: usize) -> Result<(), TestCaseEr
             let onward = plans.cost(next, goal, &mut scratch);
             prop_assert_eq!(step + onward, cost, "no motion leads astray");
         }
+        // Costs are the same both ways.
+        check_towards(plans, steps, start, &costs)?;
+    }
+    Ok(())
+}
+
+/// Whether all that is asked about one goal is as `costs`, which lead there.
+fn check_towards(
+    plans: &Plans,
+    steps: &Steps,
+    goal: usize,
+    costs: &[Cost],
+) -> Result<(), TestCaseError> {
+    let mut scratch = Scratch::default();
+    let mut towards = plans.towards(goal);
+    let enterable = (0..costs.len()).filter(|&cell| plans.space().is_enterable(cell));
+    for from in enterable {
+        let cost = towards.cost(from, &mut scratch);
+        prop_assert_eq!(cost, costs[from], "from {} towards {}", from, goal);
+        let next = towards.next_cell(from, &mut scratch);
+        prop_assert_eq!(next.is_some(), from != goal && cost < UNREACHABLE, "a motion");
+        let Some(next) = next else { continue };
+        let step = [from, next].map(|cell| u32::try_from(cell).expect("few cells"));
+        let step = steps.cost_of_path(&step).expect("a legal step");
+        prop_assert_eq!(step + costs[next], cost, "no motion leads astray");
     }
     Ok(())
 }
