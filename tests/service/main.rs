@@ -23,6 +23,7 @@ mod graphs;
 mod growing;
 mod imports;
 mod maps;
+mod mrclam;
 mod operation;
 mod plans;
 mod rejections;

@@ -84,13 +84,14 @@ fn robot_line(text: &mut String, tick: &Tick) -> std::fmt::Result {
 }
 
 /// A command against a service.
-fn run(service: &Running, arguments: &[&str]) -> Output {
+pub(crate) fn run(service: &Running, arguments: &[&str]) -> Output {
     let url = service.url();
     let arguments = [arguments, &["--server", &url]].concat();
     meetpoint(&arguments).output().expect("the binary under test starts")
 }
 
-fn told(output: &Output) -> String {
+/// What a command printed, and how it ended.
+pub(crate) fn told(output: &Output) -> String {
     format!(
         "{}: {}{}",
         output.status,
