@@ -6,7 +6,7 @@
 //! ```
 //!
 //! Betas are only asked for where alpha has cells, because elsewhere the product is 0. This is an
-//! economy that the paper does not name, and the largest: without it the last betas cover the grid.
+//! economy that the paper does not name: the last betas cover the grid otherwise.
 
 use crate::belief::Belief;
 use crate::carry::Direction;

@@ -119,14 +119,14 @@ impl Layer {
     }
 }
 
-/// The smallest window around the nodes that are `kept`, numbered row-major in `window`.
+/// The smallest window around the weights above 0; `weights` are row-major over `window`.
 #[expect(clippy::cast_sign_loss, reason = "not negative after max")]
 pub(crate) fn tight(window: Window, weights: &[f32]) -> Window {
     let mut found: Option<(i32, i32, i32, i32)> = None;
     for (y, row) in (window.y..).zip(weights.chunks(window.width.max(1) as usize)) {
         let Some(first) = row.iter().position(|&weight| weight > 0.0) else { continue };
         let last = row.iter().rposition(|&weight| weight > 0.0).unwrap_or(first);
-        let (left, right) = (window.x + index(first), window.x + index(last) + 1);
+        let (left, right) = (window.x + column(first), window.x + column(last) + 1);
         found = Some(match found {
             None => (left, right, y, y + 1),
             Some((l, r, bottom, _)) => (l.min(left), r.max(right), bottom, y + 1),
@@ -142,8 +142,8 @@ pub(crate) fn tight(window: Window, weights: &[f32]) -> Window {
 
 #[expect(clippy::cast_possible_truncation, reason = "columns of a window")]
 #[expect(clippy::cast_possible_wrap, reason = "columns of a window")]
-fn index(column: usize) -> i32 {
-    column as i32
+fn column(index: usize) -> i32 {
+    index as i32
 }
 
 #[expect(clippy::cast_possible_truncation, reason = "columns of a window")]
