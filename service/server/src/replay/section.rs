@@ -8,9 +8,9 @@ const SECOND_NS: f64 = 1e9;
 /// A place in a recording.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Place {
-    /// Seconds after the first scan.
+    /// Seconds after the first scan or sighting.
     Seconds(f64),
-    /// A share of the time between the first and the last scan, 0 to 1.
+    /// A share of the time between the first and the last of these, 0 to 1.
     Fraction(f64),
 }
 
@@ -62,7 +62,7 @@ pub(crate) struct Section {
 }
 
 impl Section {
-    /// From `from` on and before `to`, in a recording whose scans have stamps from the first to
+    /// From `from` on and before `to`, in a recording whose readings have stamps from the first to
     /// the last of `stamps_ns`. Absent bounds leave out nothing.
     pub(crate) fn new(from: Option<Place>, to: Option<Place>, stamps_ns: (i64, i64)) -> Self {
         let to = to.filter(|place| *place != Place::Fraction(1.0));
