@@ -79,7 +79,7 @@ impl EmParams {
 pub enum Start<'a> {
     /// The controls alone (section 4.1.3).
     Controls,
-    /// A map, right or wrong.
+    /// A map, right or wrong. Iterations by (21) would blur it: parameters should ask for none.
     Map(&'a [Landmark]),
 }
 
@@ -193,7 +193,11 @@ impl<'a> Em<'a> {
             change.abs() <= self.params.change_max * value.abs().max(1.0)
         });
         let fine = figures.iteration > self.params.n_coarse_iterations;
-        fine && still || figures.iteration >= self.params.n_iterations_max
+        // Where counts by (20) are to come, a standstill by (21) is not the end: two of them must
+        // have been compared.
+        let (n_even, n_max) = (self.params.map.n_even_iterations, self.params.n_iterations_max);
+        let settled = n_even >= n_max || figures.iteration > n_even.saturating_add(1);
+        fine && settled && still || figures.iteration >= n_max
     }
 
     /// Where the robot was at every step, given the current map, and how probable the data are.
