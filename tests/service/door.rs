@@ -100,7 +100,19 @@ pub(crate) trait Door {
     async fn upload(&self, session: &str, epoch: u64, upload: Upload) -> Answer<v1::Ack>;
     /// A page of poses, and the offset of the next one.
     async fn trajectory(&self, request: v1::GetTrajectoryRequest) -> Answer<(v1::Trajectory, u64)>;
-    async fn create_job(&self, map: &str) -> Answer<v1::Job>;
+    /// A page of the landmarks of a version.
+    async fn landmarks(
+        &self,
+        map: &str,
+        version: u64,
+        page: Page<'_>,
+    ) -> Answer<Rows<v1::Landmark>>;
+    async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job>;
+    /// A rebuild.
+    async fn create_job(&self, map: &str) -> Answer<v1::Job> {
+        let (map, kind) = (map.to_owned(), v1::JobKind::Rebuild.into());
+        self.start_job(v1::CreateJobRequest { map, kind, ..Default::default() }).await
+    }
     async fn job(&self, job: &str) -> Answer<v1::Job>;
     async fn jobs(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Job>>;
     async fn cancel_job(&self, job: &str) -> Answer<v1::Job>;
@@ -133,6 +145,15 @@ pub(crate) async fn eventually<T, F: Future<Output = Option<T>>>(
         }
     };
     tokio::time::timeout(GUARD, looking).await.unwrap_or_else(|_| panic!("never: {what}"))
+}
+
+/// A job at its end.
+pub(crate) async fn job_done<D: Door>(door: &D, job: &str) -> v1::Job {
+    eventually("the job's end", || async {
+        let now = door.job(job).await.expect("it was made");
+        now.done.then_some(now)
+    })
+    .await
 }
 
 /// Closes a session and waits until a version holds all of it.

@@ -1,7 +1,7 @@
 //! What robots send in the scenarios: simulated drives, and observations made by hand.
 
 use meetpoint_client::v1;
-use meetpoint_geometry::Pose;
+use meetpoint_geometry::{Point2, Pose};
 use meetpoint_sim::{ChaCha8Rng, Drive, Laser, Robot, Tick, hall};
 use rand::SeedableRng;
 use v1::ingest_batch_request::Kind as Upload;
@@ -11,6 +11,10 @@ use crate::door::Door;
 
 /// Name of the laser within a session.
 pub(crate) const LASER: &str = "laser";
+/// Name of the camera within a session.
+const CAMERA: &str = "camera";
+/// Beacons in the hall, in the building's frame, in metres.
+const BEACONS_M: [[f64; 2]; 3] = [[0.5, 0.5], [7.5, 1.0], [4.0, 5.5]];
 /// The robot's clock at the start, nanoseconds; fixed, so that every run has the same bits.
 pub(crate) const START_NS: i64 = 1_767_225_600_000_000_000;
 /// Nanoseconds in a second.
@@ -66,6 +70,36 @@ impl SimulatedDrive {
             .collect();
         let chunks = (1..).zip(observations.chunks(n_ticks));
         chunks.map(|(number, chunk)| v1::Batch { number, observations: chunk.concat() }).collect()
+    }
+
+    /// A camera that sees beacons all about it.
+    pub(crate) fn beacon_detector() -> v1::Sensor {
+        let half_field_of_view_rad = std::f64::consts::PI;
+        let detector = v1::LandmarkDetector { range_max_m: 20.0, half_field_of_view_rad };
+        v1::Sensor {
+            id: CAMERA.to_owned(),
+            robot_from_sensor: None,
+            kind: Some(v1::sensor::Kind::LandmarkDetector(detector)),
+        }
+    }
+
+    /// The same with a beacon seen every 40 ticks, one after the other.
+    pub(crate) fn batches_with_beacons(&self, n_ticks: usize) -> Vec<v1::Batch> {
+        let mut batches = self.batches(n_ticks);
+        for (index, tick) in self.ticks.iter().enumerate().step_by(40) {
+            let beacon = index / 40 % BEACONS_M.len();
+            let [x_m, y_m] = BEACONS_M[beacon];
+            let seen = tick.truth.inverse() * Point2::new(x_m, y_m);
+            let sighting = v1::LandmarkSighting {
+                identity: Some(format!("beacon {beacon}")),
+                landmark_type: "beacon".to_owned(),
+                bearing_rad: Some(seen.y.atan2(seen.x)),
+                range_m: Some(seen.coords.norm()),
+            };
+            let sighting = observation(tick.stamp_ns, CAMERA, Kind::LandmarkSighting(sighting));
+            batches[index / n_ticks].observations.push(sighting);
+        }
+        batches
     }
 
     /// The mean distance of a trajectory from the truth, in metres, and of odometry alone.

@@ -223,34 +223,3 @@ pub(crate) fn grid(body: &Value) -> v1::Grid {
         cells: rows(&body["cells"], |cell| u8::try_from(small(cell)).expect("a byte")),
     }
 }
-
-/// All but the log, which is for people.
-pub(crate) fn job(body: &Value) -> v1::Job {
-    let state = match text(&body["state"]).as_str() {
-        "QUEUED" => v1::JobState::Queued,
-        "RUNNING" => v1::JobState::Running,
-        "SUCCEEDED" => v1::JobState::Succeeded,
-        "FAILED" => v1::JobState::Failed,
-        "CANCELLED" => v1::JobState::Cancelled,
-        other => panic!("`{other}` is no state of a job"),
-    };
-    assert_eq!(body["kind"], "REBUILD", "the one kind there is");
-    v1::Job {
-        id: text(&body["id"]),
-        map: text(&body["map"]),
-        kind: v1::JobKind::Rebuild.into(),
-        state: state.into(),
-        progress: real(&body["progress"]),
-        log: Vec::new(),
-        done: truth(&body["done"]),
-        result_version: unsigned(&body["result_version"]),
-        error: present(body, "error").map(|error| v1::JobError {
-            code: text(&error["code"]),
-            message: text(&error["message"]),
-        }),
-        create_time_ns: signed(&body["create_time_ns"]),
-        update_time_ns: signed(&body["update_time_ns"]),
-        estimated_end_time_ns: present(body, "estimated_end_time_ns").map(signed),
-        cancel_requested: truth(&body["cancel_requested"]),
-    }
-}

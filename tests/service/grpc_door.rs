@@ -10,6 +10,7 @@ use v1::grid_service_client::GridServiceClient;
 use v1::import_map_request::Kind as Part;
 use v1::ingest_batch_request::Kind as Upload;
 use v1::job_service_client::JobServiceClient;
+use v1::landmark_service_client::LandmarkServiceClient;
 use v1::map_service_client::MapServiceClient;
 use v1::plan_service_client::PlanServiceClient;
 use v1::robot_choice::Kind as Robot;
@@ -30,6 +31,7 @@ pub(crate) struct GrpcDoor {
     pub(crate) grids: GridServiceClient<Channel>,
     pub(crate) graphs: GraphServiceClient<Channel>,
     pub(crate) jobs: JobServiceClient<Channel>,
+    landmarks: LandmarkServiceClient<Channel>,
     pub(crate) plans: PlanServiceClient<Channel>,
     pub(crate) costs: CostServiceClient<Channel>,
 }
@@ -46,6 +48,7 @@ impl GrpcDoor {
             graphs: GraphServiceClient::new(channel.clone())
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
             jobs: JobServiceClient::new(channel.clone()),
+            landmarks: LandmarkServiceClient::new(channel.clone()),
             plans: PlanServiceClient::new(channel.clone()),
             costs: CostServiceClient::new(channel),
         }
@@ -286,9 +289,19 @@ impl Door for GrpcDoor {
         Ok((filled(reply.trajectory), reply.next_offset))
     }
 
-    async fn create_job(&self, map: &str) -> Answer<v1::Job> {
-        let request =
-            v1::CreateJobRequest { map: map.to_owned(), kind: v1::JobKind::Rebuild.into() };
+    async fn landmarks(
+        &self,
+        map: &str,
+        version: u64,
+        Page(page_size, token): Page<'_>,
+    ) -> Answer<Rows<v1::Landmark>> {
+        let (map, page_token) = (map.to_owned(), token.to_owned());
+        let request = v1::ListLandmarksRequest { map, version, page_size, page_token };
+        let reply = self.landmarks.clone().list_landmarks(request).await?.into_inner();
+        Ok((reply.landmarks, reply.next_page_token))
+    }
+
+    async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job> {
         Ok(filled(self.jobs.clone().create_job(request).await?.into_inner().job))
     }
 

@@ -10,6 +10,7 @@ use crate::door::{Answer, Door, Page, Refused, Rows};
 use crate::from_json;
 use crate::graph_json;
 use crate::http::{Http, Reply};
+use crate::job_json;
 use crate::plan_json;
 use crate::to_json;
 
@@ -304,22 +305,33 @@ impl Door for RestDoor {
         Ok((from_json::trajectory(&body), from_json::unsigned(&body["next_offset"])))
     }
 
-    async fn create_job(&self, map: &str) -> Answer<v1::Job> {
-        let body = json!({"map": map, "kind": "REBUILD"});
-        Ok(from_json::job(&self.post("/v1/jobs", &body, &[202])?))
+    async fn landmarks(
+        &self,
+        map: &str,
+        version: u64,
+        page: Page<'_>,
+    ) -> Answer<Rows<v1::Landmark>> {
+        let query = format!("version={}&{}", version_name(version), paged(page));
+        let body = self.get(&format!("/v1/maps/{map}/landmarks?{query}"))?;
+        Ok(rows(&body, "landmarks", job_json::landmark))
+    }
+
+    async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job> {
+        let body = job_json::new_job(&request);
+        Ok(job_json::job(&self.post("/v1/jobs", &body, &[202])?))
     }
 
     async fn job(&self, job: &str) -> Answer<v1::Job> {
-        Ok(from_json::job(&self.get(&format!("/v1/jobs/{job}"))?))
+        Ok(job_json::job(&self.get(&format!("/v1/jobs/{job}"))?))
     }
 
     async fn jobs(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::Job>> {
         let body = self.get(&format!("/v1/jobs?map={map}&{}", paged(page)))?;
-        Ok(rows(&body, "jobs", from_json::job))
+        Ok(rows(&body, "jobs", job_json::job))
     }
 
     async fn cancel_job(&self, job: &str) -> Answer<v1::Job> {
         let path = format!("/v1/jobs/{job}/cancel");
-        Ok(from_json::job(&answer(&self.0.post_with(&path, &[], b""), &[200])?))
+        Ok(job_json::job(&answer(&self.0.post_with(&path, &[], b""), &[200])?))
     }
 }

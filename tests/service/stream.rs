@@ -222,7 +222,7 @@ async fn what_a_newer_client_says() {
     let odd = v1::OpenSessionRequest { delivery: 77, ..opening("site", "newer", &[]) };
     let refused = crate::door::refused(door.open(odd).await, "INVALID_FIELD");
     assert_eq!(refused.fact("field"), "delivery", "{refused:?}");
-    let kind = v1::CreateJobRequest { map: "site".into(), kind: 77 };
+    let kind = v1::CreateJobRequest { map: "site".into(), kind: 77, ..Default::default() };
     let refused = door.jobs.clone().create_job(kind).await.map_err(Refused::from);
     assert_eq!(crate::door::refused(refused, "INVALID_FIELD").fact("field"), "kind", "named");
     // An observation of a kind that this service does not know is an empty one to it.

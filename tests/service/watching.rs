@@ -4,18 +4,10 @@ use meetpoint_client::v1;
 use serde_json::Value;
 use v1::watch_map_response::Kind as Seen;
 
-use crate::door::{Answer, Door, FIRST_PAGE, Page, complete, eventually, refused};
+use crate::door::{Answer, Door, FIRST_PAGE, Page, complete, job_done, refused};
 use crate::drive::{SimulatedDrive, driven};
 use crate::http::Events;
 use crate::running::{Launch, empty_folder};
-
-async fn job_done<D: Door>(door: &D, job: &str) -> v1::Job {
-    eventually("the job's end", || async {
-        let now = door.job(job).await.expect("it was made");
-        now.done.then_some(now)
-    })
-    .await
-}
 
 /// Needs the map `hall` with a version.
 async fn jobs_are_made_followed_and_listed<D: Door>(door: &D) {

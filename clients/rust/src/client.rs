@@ -1,17 +1,17 @@
 //! Single questions to the service, over one connection that heals itself.
 
+mod jobs;
 mod plans;
 
 use std::time::Duration;
 
 use meetpoint_proto::v1::{
-    CloseSessionRequest, CreateJobRequest, CreateMapRequest, GetGraphRequest, GetGridRequest,
-    GetJobRequest, GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest,
-    Graph, GraphPruning, Grid, ImportHead, ImportMapRequest, ImportMapResponse, IngestRequest,
-    IngestResponse, Job, JobKind, ListSessionsRequest, Map, MapVersion, OpenSessionRequest,
-    OpenSessionResponse, Session, Trajectory, graph_service_client::GraphServiceClient,
-    grid_service_client::GridServiceClient, import_map_request::Kind as Part,
-    job_service_client::JobServiceClient, map_service_client::MapServiceClient,
+    CloseSessionRequest, CreateMapRequest, GetGraphRequest, GetGridRequest, GetMapRequest,
+    GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest, Graph, GraphPruning, Grid,
+    ImportHead, ImportMapRequest, ImportMapResponse, IngestRequest, IngestResponse,
+    ListSessionsRequest, Map, MapVersion, OpenSessionRequest, OpenSessionResponse, Session,
+    Trajectory, graph_service_client::GraphServiceClient, grid_service_client::GridServiceClient,
+    import_map_request::Kind as Part, map_service_client::MapServiceClient,
     session_service_client::SessionServiceClient,
 };
 use tokio_stream::wrappers::ReceiverStream;
@@ -262,27 +262,6 @@ impl Client {
         Ok((response.trajectory.ok_or(Error::Malformed("trajectory"))?, response.next_offset))
     }
 
-    /// Starts a job and returns at once.
-    ///
-    /// # Errors
-    ///
-    /// `MAP_NOT_FOUND`.
-    pub async fn create_job(&self, map: &str, kind: JobKind) -> Result<Job, Error> {
-        let request = CreateJobRequest { map: map.to_owned(), kind: kind.into() };
-        let response = self.jobs().create_job(call(request)).await?;
-        response.into_inner().job.ok_or(Error::Malformed("job"))
-    }
-
-    /// One job.
-    ///
-    /// # Errors
-    ///
-    /// `JOB_NOT_FOUND` if there is none of that id.
-    pub async fn job(&self, id: &str) -> Result<Job, Error> {
-        let response = self.jobs().get_job(call(GetJobRequest { job: id.to_owned() })).await?;
-        response.into_inner().job.ok_or(Error::Malformed("job"))
-    }
-
     /// Opens an ingest stream.
     pub(crate) async fn ingest(
         &self,
@@ -293,10 +272,6 @@ impl Client {
 
     fn maps(&self) -> MapServiceClient<Channel> {
         MapServiceClient::new(self.channel.clone())
-    }
-
-    fn jobs(&self) -> JobServiceClient<Channel> {
-        JobServiceClient::new(self.channel.clone())
     }
 
     fn sessions(&self) -> SessionServiceClient<Channel> {

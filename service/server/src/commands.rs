@@ -6,12 +6,14 @@ pub mod import;
 pub mod map;
 pub mod plan;
 pub mod rebuild;
+pub mod relax;
 pub mod serve;
 pub mod trajectory;
 
 mod asked;
 mod canvas;
 mod graph_picture;
+mod likelihood_curve;
 mod plan_picture;
 
 pub use asked::ServerArgs;

@@ -52,6 +52,20 @@ pub enum Error {
     /// The version has no observed cell there.
     #[error("nothing was observed there")]
     NothingObserved,
+    /// The session has no place in the map.
+    #[error("session `{0}` has no place in the map yet: its start was unknown")]
+    SessionNotPlaced(String),
+    /// No session of the map has sightings that a relaxation could use.
+    #[error("no session of map `{0}` with a place in it saw landmarks at least twice")]
+    NothingToRelax(String),
+    /// What a session saw and drove cannot be relaxed.
+    #[error("session `{session}` cannot be relaxed: {problem}")]
+    CannotRelax {
+        /// The session.
+        session: String,
+        /// Why.
+        problem: String,
+    },
     /// No job has that id.
     #[error("no job `{0}`")]
     NoSuchJob(String),
@@ -268,6 +282,9 @@ impl Error {
             Self::NoSuchVersion { .. } => (Code::NotFound, "VERSION_NOT_FOUND"),
             Self::NothingPublished(_) => (Code::NotFound, "NOTHING_PUBLISHED"),
             Self::NothingObserved => (Code::NotFound, "NOTHING_OBSERVED"),
+            Self::SessionNotPlaced(_) => (Code::WrongState, "SESSION_NOT_PLACED"),
+            Self::NothingToRelax(_) => (Code::WrongState, "NOTHING_TO_RELAX"),
+            Self::CannotRelax { .. } => (Code::WrongState, "CANNOT_RELAX"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),
             Self::RobotExists(_) => (Code::AlreadyExists, "ROBOT_EXISTS"),

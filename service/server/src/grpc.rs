@@ -6,6 +6,7 @@ mod grids;
 mod imports;
 mod ingest;
 mod jobs;
+mod landmarks;
 mod maps;
 mod plans;
 mod robots;
@@ -20,6 +21,7 @@ use v1::cost_service_server::CostServiceServer;
 use v1::graph_service_server::GraphServiceServer;
 use v1::grid_service_server::GridServiceServer;
 use v1::job_service_server::JobServiceServer;
+use v1::landmark_service_server::LandmarkServiceServer;
 use v1::map_service_server::MapServiceServer;
 use v1::plan_service_server::PlanServiceServer;
 use v1::robot_service_server::RobotServiceServer;
@@ -54,6 +56,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<SessionServiceServer<Service>>().await;
     health.set_serving::<GridServiceServer<Service>>().await;
     health.set_serving::<GraphServiceServer<Service>>().await;
+    health.set_serving::<LandmarkServiceServer<Service>>().await;
     health.set_serving::<JobServiceServer<Service>>().await;
     health.set_serving::<PlanServiceServer<Service>>().await;
     health.set_serving::<CostServiceServer<Service>>().await;
@@ -70,6 +73,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(SessionServiceServer, service))
         .add_service(carried!(GridServiceServer, service))
         .add_service(carried!(GraphServiceServer, service))
+        .add_service(carried!(LandmarkServiceServer, service))
         .add_service(carried!(JobServiceServer, service))
         .add_service(carried!(PlanServiceServer, service))
         .add_service(carried!(CostServiceServer, service));

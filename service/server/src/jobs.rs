@@ -1,76 +1,87 @@
-//! Background jobs: claimed from the database under a lease, one a map at a time.
+//! Background jobs: claimed from the database under a lease, one a map at a time, several maps' side
+//! by side.
 
+mod drawing;
 mod rebuild;
+mod relax;
+mod running;
+mod workbench;
 
 use std::time::Duration;
 
-use meetpoint_storage::{ClaimedJob, JobOutcome, JobReport, MapId};
+use meetpoint_proto::v1;
+use meetpoint_storage::{ClaimedJob, JobOutcome, MapId};
+use tokio::task::JoinSet;
 
-use crate::convert::job::REBUILD;
+use crate::convert::job::{self, REBUILD, RELAX};
 use crate::live::Event;
 use crate::{clock, error::Error, service::Service};
+use running::{LEASE_NS, Running, Stopped};
+use workbench::Workbench;
 
 /// How often the table is looked at when no job is announced.
 const POLL: Duration = Duration::from_secs(2);
-/// A job whose process says nothing for so long is taken over.
-const LEASE: Duration = Duration::from_secs(30);
 
-/// What a job may do while it runs: say how far it is, and ask whether to stop.
-pub(crate) struct Running<'a> {
-    service: &'a Service,
-    claimed: &'a ClaimedJob,
+/// What came of a job.
+struct Done {
+    /// The version that it made.
+    version: u64,
+    /// What there is to tell beside it.
+    result: Option<v1::job::Result>,
 }
 
-/// Why a job ended without a result.
-pub(crate) enum Stopped {
-    /// Somebody asked for it.
-    Cancelled,
-    /// The process goes down, or another one has taken the job over: it stays as it is.
-    Left,
-    /// It could not be done.
-    Failed(Error),
-}
-
-impl From<Error> for Stopped {
-    fn from(error: Error) -> Self {
-        Self::Failed(error)
-    }
-}
-
-/// Runs jobs, one after the other, until the service stops.
+/// Runs jobs until the service stops: so many at a time as the settings say.
 pub(crate) async fn work(service: Service) {
     let mut events = service.live.watch();
+    let mut at_work = JoinSet::new();
     while !service.stop.is_cancelled() {
-        let now_ns = clock::now_ns();
-        match service.store.claim_job(service.actors.owner(), now_ns, lease_ns()).await {
-            Ok(Some(claimed)) => run(&service, &claimed).await,
-            Ok(None) => wait(&service, &mut events).await,
-            Err(error) => {
-                Error::from(error).log();
-                wait(&service, &mut events).await;
+        while at_work.try_join_next().is_some() {}
+        let has_room = at_work.len() < service.settings.jobs.n_at_once;
+        match if has_room { next(&service).await } else { None } {
+            Some(claimed) => {
+                let service = service.clone();
+                at_work.spawn(async move { run(&service, &claimed).await });
             }
+            None => wait(&service, &mut events, &mut at_work).await,
         }
     }
+    while at_work.join_next().await.is_some() {}
 }
 
-async fn wait(service: &Service, events: &mut tokio::sync::broadcast::Receiver<(MapId, Event)>) {
+/// The next job to be done, if there is one and the database can be asked.
+async fn next(service: &Service) -> Option<ClaimedJob> {
+    let claimed = service.store.claim_job(service.actors.owner(), clock::now_ns(), LEASE_NS).await;
+    claimed.unwrap_or_else(|error| {
+        Error::from(error).log();
+        None
+    })
+}
+
+async fn wait(
+    service: &Service,
+    events: &mut tokio::sync::broadcast::Receiver<(MapId, Event)>,
+    at_work: &mut JoinSet<()>,
+) {
     let announced =
         async { while !matches!(events.recv().await, Ok((_, Event::Job(_))) | Err(_)) {} };
     tokio::select! {
         () = announced => {}
+        Some(_) = at_work.join_next() => {}
         () = tokio::time::sleep(POLL) => {}
         () = service.stop.cancelled() => {}
     }
 }
 
 async fn run(service: &Service, claimed: &ClaimedJob) {
-    let running = Running { service, claimed };
-    let result = match claimed.job.kind.as_str() {
-        REBUILD => rebuild::run(service, &claimed.job, &running).await,
-        other => Err(Error::internal(format!("no job is called `{other}`")).into()),
+    let running = Running::new(service, claimed);
+    let result = tokio::select! {
+        result = done(service, claimed, &running) => result,
+        stopped = running.keep_alive() => Err(stopped),
     };
     let outcome = match result {
-        Ok(version) => JobOutcome::Succeeded { version },
+        Ok(Done { version, result }) => {
+            JobOutcome::Succeeded { version, result: result.map(job::result_to_bytes) }
+        }
         Err(Stopped::Cancelled) => JobOutcome::Cancelled,
         Err(Stopped::Left) => return,
         Err(Stopped::Failed(error)) => {
@@ -85,26 +96,15 @@ async fn run(service: &Service, claimed: &ClaimedJob) {
     service.live.announce(claimed.job.map.clone(), Event::Job(id));
 }
 
-impl Running<'_> {
-    /// Tells how far the job is, from 0 to 1, with a line for its log if there is news.
-    pub(crate) async fn progress(&self, share: f64, line: Option<&str>) -> Result<(), Stopped> {
-        if self.service.stop.is_cancelled() {
-            return Err(Stopped::Left);
-        }
-        let (id, fence) = (self.claimed.job.id, self.claimed.fence);
-        let now_ns = clock::now_ns();
-        let report = JobReport { progress: share, checkpoint: None, log_line: line };
-        let beat = self.service.store.heartbeat_job(id, fence, now_ns, lease_ns(), report);
-        let cancelled = match beat.await {
-            Ok(beat) => beat.cancel_requested,
-            Err(meetpoint_storage::Error::LeaseLost) => return Err(Stopped::Left),
-            Err(error) => return Err(Error::from(error).into()),
-        };
-        self.service.live.announce(self.claimed.job.map.clone(), Event::Job(id));
-        if cancelled { Err(Stopped::Cancelled) } else { Ok(()) }
+async fn done(
+    service: &Service,
+    claimed: &ClaimedJob,
+    running: &Running<'_>,
+) -> Result<Done, Stopped> {
+    let bench = Workbench::new(service)?;
+    match claimed.job.kind.as_str() {
+        REBUILD => rebuild::run(service, &claimed.job, running, &bench).await,
+        RELAX => relax::run(service, &claimed.job, running, &bench).await,
+        other => Err(Error::internal(format!("no job is called `{other}`")).into()),
     }
-}
-
-fn lease_ns() -> i64 {
-    i64::try_from(LEASE.as_nanos()).unwrap_or(i64::MAX)
 }

@@ -1,5 +1,6 @@
 //! The service `meetpoint`: gRPC and REST over a journal, mapping actors and jobs.
 
+mod activity;
 pub mod clock;
 pub mod commands;
 mod convert;

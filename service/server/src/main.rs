@@ -33,6 +33,8 @@ enum Command {
     Bench(commands::bench::BenchArgs),
     /// Compute all that is derived again from the journal, into a new version
     Rebuild(commands::rebuild::RebuildArgs),
+    /// Find out where robots had been and where landmarks are, whatever the odometry did
+    Relax(commands::relax::RelaxArgs),
 }
 
 /// What `println!` says when whoever read our output has gone away.
@@ -65,6 +67,7 @@ async fn main() -> ExitCode {
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,
+        Command::Relax(args) => commands::relax::run(args).await,
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

@@ -4,9 +4,11 @@ mod actor;
 mod actors;
 mod checkpoint;
 mod map_state;
+mod relaxations;
 mod snapshot;
 mod topology;
 
-pub(crate) use actors::Actors;
+pub(crate) use actors::{Actors, Replacement};
 pub(crate) use map_state::MapState;
+pub(crate) use relaxations::Relaxations;
 pub(crate) use topology::free_space;

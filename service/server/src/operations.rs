@@ -5,6 +5,7 @@ pub(crate) mod graphs;
 pub(crate) mod grids;
 pub(crate) mod imports;
 pub(crate) mod jobs;
+mod landmarks;
 pub(crate) mod maps;
 pub(crate) mod page;
 mod plan_tables;

@@ -15,6 +15,7 @@ mod idempotency;
 mod imports;
 mod integer;
 mod jobs;
+mod landmarks;
 mod maps;
 mod observations;
 mod openapi;
@@ -26,6 +27,7 @@ mod problem;
 mod profiles;
 mod reach;
 mod regions;
+mod relaxation;
 mod reply;
 mod request;
 mod robots;
@@ -118,6 +120,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(tiles::get_tile).layer(drawing.clone()))
         .routes(routes!(graphs::get_graph).layer(drawing))
         .routes(routes!(regions::get_region))
+        .routes(routes!(landmarks::list_landmarks))
         .routes(routes!(plans::plan_path))
         .routes(routes!(plans::plan_matrix))
         .routes(routes!(plans::next_motion))

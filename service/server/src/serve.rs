@@ -17,6 +17,7 @@ use tokio::task::JoinHandle;
 use tokio_util::sync::CancellationToken;
 use tower::ServiceExt;
 
+use crate::activity::Activity;
 use crate::ingest::{JournalWriter, KnownSessions};
 use crate::jobs;
 use crate::live::Live;
@@ -63,13 +64,15 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     let store = open_store(&settings).await?;
     let live = Live::new();
     let actors = Actors::new(store.clone(), live.clone(), settings.mapping.clone());
-    let (journal, committing) =
-        JournalWriter::start(store.clone(), actors.clone(), settings.journal.clone());
+    let activity = Activity::new();
+    let into = (store.clone(), actors.clone(), activity.clone());
+    let (journal, committing) = JournalWriter::start(into, settings.journal.clone());
     let planner = Planner::new(&settings.planning);
     let service = Service(Arc::new(Parts {
         settings,
         store,
         live,
+        activity,
         actors,
         journal,
         known_sessions: KnownSessions::default(),
@@ -87,7 +90,8 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     service.actors.start_unfinished().await.context("cannot read the maps")?;
     let working = tokio::spawn(jobs::work(service.clone()));
     tokio::spawn(planning::keep_ready(service.clone()));
-    let router = joined(rest::router(&service), grpc::router(&service).await?);
+    let activity = service.activity.clone();
+    let router = joined(rest::router(&service), grpc::router(&service).await?, activity);
     let (server, stop) = (service.settings.server.clone(), service.stop.clone());
     let accepting =
         tokio::spawn(async move { listener::accept(listener, router, &server, stop).await });
@@ -156,8 +160,9 @@ async fn open_store(settings: &Settings) -> anyhow::Result<Store> {
 }
 
 /// One router for both: gRPC is told by its content type.
-fn joined(rest: Router, grpc: Router) -> Router {
+fn joined(rest: Router, grpc: Router, activity: Activity) -> Router {
     let choose = move |request: Request| {
+        activity.touch_by_request(request.uri().path());
         let is_grpc = request
             .headers()
             .get(CONTENT_TYPE)

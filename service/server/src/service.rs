@@ -6,6 +6,7 @@ use meetpoint_storage::Store;
 use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
+use crate::activity::Activity;
 use crate::ingest::{JournalWriter, KnownSessions};
 use crate::live::Live;
 use crate::mapping::Actors;
@@ -23,6 +24,7 @@ pub struct Parts {
     pub(crate) settings: Settings,
     pub(crate) store: Store,
     pub(crate) live: Live,
+    pub(crate) activity: Activity,
     pub(crate) actors: Actors,
     pub(crate) journal: JournalWriter,
     pub(crate) known_sessions: KnownSessions,

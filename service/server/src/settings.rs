@@ -20,6 +20,7 @@ pub struct Settings {
     pub journal: JournalSettings,
     pub mapping: MappingSettings,
     pub planning: PlanningSettings,
+    pub jobs: JobSettings,
 }
 
 /// Where and how to listen.
@@ -100,6 +101,15 @@ pub struct PlanningSettings {
     pub n_profiles_max: usize,
 }
 
+/// How work in the background is done.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "each field is explained in settings.toml, once")]
+pub struct JobSettings {
+    pub n_at_once: usize,
+    pub cpu_share: f64,
+}
+
 /// Why settings could not be used.
 #[derive(Debug, thiserror::Error)]
 pub enum InvalidSettings {
@@ -128,6 +138,14 @@ pub enum InvalidSettings {
         value: u64,
         /// The least that works.
         least: u64,
+    },
+    /// A value is no share.
+    #[error("{key} = {value}: must lie in (0, 1]")]
+    NoShare {
+        /// The setting.
+        key: &'static str,
+        /// What was given.
+        value: f64,
     },
 }
 
@@ -210,7 +228,7 @@ fn set_from_environment(
 }
 
 fn check(settings: &Settings) -> Result<(), InvalidSettings> {
-    let Settings { server, limits, journal, mapping, planning } = settings;
+    let Settings { server, limits, journal, mapping, planning, jobs } = settings;
     let least = [
         ("server.n_connections_max", server.n_connections_max as u64, 1),
         ("limits.batch_bytes_max", u64::from(limits.batch_bytes_max), 1024),
@@ -233,7 +251,12 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("mapping.lease_ttl_s", u64::from(mapping.lease_ttl_s), 3),
         ("planning.n_builds_at_once", planning.n_builds_at_once as u64, 1),
         ("planning.matrix_pairs_max", planning.matrix_pairs_max, 1),
+        ("jobs.n_at_once", jobs.n_at_once as u64, 1),
     ];
+    let (key, value) = ("jobs.cpu_share", jobs.cpu_share);
+    if !(0.0 < value && value <= 1.0) {
+        return Err(InvalidSettings::NoShare { key, value });
+    }
     match least.into_iter().find(|&(_, value, least)| value < least) {
         Some((key, value, least)) => Err(InvalidSettings::TooSmall { key, value, least }),
         None => Ok(()),
@@ -278,6 +301,12 @@ mod tests {
             small.expect_err("nothing would get through").to_string(),
             "journal.queue_n_max = 0: must be at least 1",
             "value and limit"
+        );
+        let idle = read(None, environment(&[("MEETPOINT_JOBS__CPU_SHARE", "0")]));
+        assert_eq!(
+            idle.expect_err("it would never end").to_string(),
+            "jobs.cpu_share = 0: must lie in (0, 1]",
+            "value and limits"
         );
     }
 }

@@ -30,7 +30,9 @@ pub struct RebuildArgs {
 /// If it could not be started, failed, or was cancelled.
 pub async fn run(args: RebuildArgs) -> anyhow::Result<()> {
     let client = args.server.client()?;
-    let mut job = client.create_job(&args.map, v1::JobKind::Rebuild).await?;
+    let (map, kind) = (args.map, v1::JobKind::Rebuild.into());
+    let request = v1::CreateJobRequest { map, kind, ..v1::CreateJobRequest::default() };
+    let mut job = client.create_job(request).await?;
     if args.detach {
         println!("job {}", job.id);
         return Ok(());

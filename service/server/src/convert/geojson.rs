@@ -1,4 +1,5 @@
-//! Graphs as GeoJSON: regions as polygons, their centres as points, arcs as lines.
+//! Graphs and landmarks as GeoJSON: regions as polygons, their centres and landmarks as points, arcs
+//! as lines.
 //!
 //! RFC 7946 knows degrees of longitude and latitude only; ours are metres in the map's frame, which
 //! the collection says in members of its own, as it allows "by private agreement". Outer rings run
@@ -32,6 +33,44 @@ pub(crate) fn geojson(graph: &v1::Graph) -> Value {
         "ended": ended.collect::<Vec<Value>>(),
         "features": features,
     })
+}
+
+/// The landmarks of a version as a feature collection of points with all attributes.
+pub(crate) fn landmarks_geojson(map: &str, map_version: u64, landmarks: &[v1::Landmark]) -> Value {
+    json!({
+        "type": "FeatureCollection",
+        "name": "landmarks",
+        "frame": "map",
+        "unit": "metre",
+        "map": map,
+        "map_version": map_version,
+        "features": landmarks.iter().map(landmark).collect::<Vec<Value>>(),
+    })
+}
+
+fn landmark(landmark: &v1::Landmark) -> Value {
+    let v1::Landmark {
+        id,
+        landmark_type,
+        identity,
+        position: at,
+        covariance,
+        sightings,
+        confidence,
+        session,
+    } = landmark;
+    let v1::Covariance { xx_m2, xy_m2, yy_m2 } = covariance.unwrap_or_default();
+    let properties = object([
+        ("kind", json!("landmark")),
+        ("type", json!(landmark_type)),
+        ("identity", json!(identity)),
+        ("covariance", json!({ "xx_m2": xx_m2, "xy_m2": xy_m2, "yy_m2": yy_m2 })),
+        ("sightings", json!(sightings)),
+        ("confidence", json!(confidence)),
+        ("session", json!(session)),
+    ]);
+    let geometry = json!({ "type": "Point", "coordinates": position(&at.unwrap_or_default()) });
+    feature(&format!("landmark/{id}"), &properties, &geometry)
 }
 
 /// How a pruning is called in JSON and on the command line.

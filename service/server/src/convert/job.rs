@@ -1,24 +1,85 @@
 //! Jobs on the wire and in records.
 
 use meetpoint_proto::v1;
-use meetpoint_storage::{JobId, JobRecord, JobState};
+use meetpoint_storage::{JobId, JobRecord, JobState, LogLine};
+use prost::Message;
 use uuid::Uuid;
 
 use crate::error::Error;
 
 /// The kinds of jobs, as records name them.
 pub(crate) const REBUILD: &str = "rebuild";
+pub(crate) const RELAX: &str = "relax";
+
+/// Priorities lie within this of 0, so that there is always room above and below.
+const PRIORITY_MAX: i32 = 100;
 
 /// Lines of a job's log in a reply.
 const N_LOG_LINES_MAX: usize = 1000;
 
-/// What a request asks to be done.
-pub(crate) fn kind(wire: i32) -> Result<&'static str, Error> {
-    match v1::JobKind::try_from(wire) {
-        Ok(v1::JobKind::Rebuild) => Ok(REBUILD),
-        Ok(v1::JobKind::Unspecified) => Err(Error::field("kind", "missing")),
-        Err(_) => Err(Error::field("kind", format!("{wire} is none of its values"))),
+/// What a request asks to be done, checked as far as it can be without the database.
+pub(crate) enum Asked {
+    /// All that is derived is computed again.
+    Rebuild,
+    /// Sessions are relaxed.
+    Relax(v1::RelaxParams),
+}
+
+impl Asked {
+    /// As records name it.
+    pub(crate) fn kind(&self) -> &'static str {
+        match self {
+            Self::Rebuild => REBUILD,
+            Self::Relax(_) => RELAX,
+        }
     }
+
+    /// How it is to be done, for a record.
+    pub(crate) fn params(&self) -> Vec<u8> {
+        match self {
+            Self::Rebuild => Vec::new(),
+            Self::Relax(params) => params.encode_to_vec(),
+        }
+    }
+}
+
+/// What a request asks to be done.
+pub(crate) fn asked(
+    kind: i32,
+    params: Option<v1::create_job_request::Params>,
+) -> Result<Asked, Error> {
+    use v1::create_job_request::Params;
+    match (v1::JobKind::try_from(kind), params) {
+        (Ok(v1::JobKind::Rebuild), None) => Ok(Asked::Rebuild),
+        (Ok(v1::JobKind::Rebuild), Some(Params::Relax(_))) => {
+            Err(Error::field("relax", "parameters of another kind of job"))
+        }
+        (Ok(v1::JobKind::Relax), params) => {
+            let params = params.map(|Params::Relax(params)| params).unwrap_or_default();
+            if params.landmarks_from_grid {
+                let problem = "landmarks are not found in grids yet";
+                return Err(Error::field("relax.landmarks_from_grid", problem));
+            }
+            Ok(Asked::Relax(params))
+        }
+        (Ok(v1::JobKind::Unspecified), _) => Err(Error::field("kind", "missing")),
+        (Err(_), _) => Err(Error::field("kind", format!("{kind} is none of its values"))),
+    }
+}
+
+/// A priority as it is taken.
+pub(crate) fn priority(wire: i32) -> Result<i32, Error> {
+    if (-PRIORITY_MAX..=PRIORITY_MAX).contains(&wire) {
+        Ok(wire)
+    } else {
+        let problem = format!("{wire}, must be -{PRIORITY_MAX} to {PRIORITY_MAX}");
+        Err(Error::field("priority", problem))
+    }
+}
+
+/// How a relax job is to be done, out of its record.
+pub(crate) fn relax_params(params: &[u8]) -> Result<v1::RelaxParams, Error> {
+    v1::RelaxParams::decode(params).map_err(Error::internal)
 }
 
 /// A job's id.
@@ -33,18 +94,25 @@ pub(crate) fn to_wire(record: JobRecord) -> v1::Job {
         id,
         map,
         kind,
+        params,
+        priority,
         state,
         progress,
         log,
         result_version,
+        result,
         error,
         create_time_ns,
         update_time_ns,
         start_time_ns: _,
         cancel_requested,
         checkpoint: _,
-        ..
     } = record;
+    let (kind, params) = match kind.as_str() {
+        REBUILD => (v1::JobKind::Rebuild, None),
+        RELAX => (v1::JobKind::Relax, relax_params(&params).ok().map(v1::job::Params::Relax)),
+        _ => (v1::JobKind::Unspecified, None),
+    };
     let (state, done) = match state {
         JobState::Queued => (v1::JobState::Queued, false),
         JobState::Running => (v1::JobState::Running, false),
@@ -57,10 +125,10 @@ pub(crate) fn to_wire(record: JobRecord) -> v1::Job {
     v1::Job {
         id: id.0.to_string(),
         map: map.0,
-        kind: if kind == REBUILD { v1::JobKind::Rebuild } else { v1::JobKind::Unspecified }.into(),
+        kind: kind.into(),
         state: state.into(),
         progress,
-        log: lines.map(|(time_ns, text)| v1::JobLogLine { time_ns, text }).collect(),
+        log: lines.map(line_to_wire).collect(),
         done,
         result_version,
         error: error.map(|(code, message)| v1::JobError { code, message }),
@@ -68,7 +136,31 @@ pub(crate) fn to_wire(record: JobRecord) -> v1::Job {
         update_time_ns,
         estimated_end_time_ns,
         cancel_requested,
+        priority,
+        params,
+        result: result.and_then(|bytes| told(&bytes)),
     }
+}
+
+/// What a job keeps of its result: a message that holds nothing else.
+pub(crate) fn result_to_bytes(result: v1::job::Result) -> Vec<u8> {
+    v1::Job { result: Some(result), ..v1::Job::default() }.encode_to_vec()
+}
+
+/// The result of a job; a record of a newer program may hold one that is not known here.
+fn told(bytes: &[u8]) -> Option<v1::job::Result> {
+    v1::Job::decode(bytes).ok()?.result
+}
+
+/// What a line of the log keeps of its figures: a message that holds nothing else.
+pub(crate) fn figures_to_bytes(figures: v1::job_log_line::Figures) -> Vec<u8> {
+    v1::JobLogLine { figures: Some(figures), ..v1::JobLogLine::default() }.encode_to_vec()
+}
+
+fn line_to_wire(line: LogLine) -> v1::JobLogLine {
+    let LogLine { time_ns, text, figures } = line;
+    let figures = figures.and_then(|bytes| v1::JobLogLine::decode(bytes.as_slice()).ok()?.figures);
+    v1::JobLogLine { time_ns, text, figures }
 }
 
 /// The end, if the rest takes as long as the share done.

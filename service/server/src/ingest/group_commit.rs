@@ -8,6 +8,7 @@ use std::time::Instant;
 use meetpoint_storage::{AppendRequest, Appended, MapId, NewEntry, Refusal, SessionId, Store};
 use tokio::sync::{mpsc, oneshot, watch};
 
+use crate::activity::Activity;
 use crate::mapping::Actors;
 use crate::{error::Error, settings::JournalSettings};
 
@@ -28,19 +29,19 @@ struct Waiting {
 pub(crate) struct JournalWriter {
     queue: mpsc::Sender<Waiting>,
     failure: watch::Receiver<Option<String>>,
+    activity: Activity,
 }
 
 impl JournalWriter {
     /// Starts the task that commits. It ends when the last writer is dropped.
     pub(crate) fn start(
-        store: Store,
-        actors: Actors,
+        (store, actors, activity): (Store, Actors, Activity),
         settings: JournalSettings,
     ) -> (Self, tokio::task::JoinHandle<()>) {
         let (queue, waiting) = mpsc::channel(settings.queue_n_max);
         let (told, failure) = watch::channel(None);
         let task = tokio::spawn(commit_groups(store, actors, settings, waiting, told));
-        (Self { queue, failure }, task)
+        (Self { queue, failure, activity }, task)
     }
 
     /// Why the last commit failed, until one succeeds.
@@ -62,6 +63,7 @@ impl JournalWriter {
         map: MapId,
         request: AppendRequest,
     ) -> Result<oneshot::Receiver<Outcome>, Error> {
+        self.activity.touch();
         let (reply, outcome) = oneshot::channel();
         self.queue.send(Waiting { map, request, reply }).await.map_err(|_| Error::Stopping)?;
         Ok(outcome)

@@ -9,18 +9,19 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
+use meetpoint_proto::v1;
 use meetpoint_storage::{
-    JournalEntry, JournalSeq, MapId, MapLease, MapRecord, NewSnapshot, VersionRecord,
+    JournalEntry, JournalSeq, MapId, MapLease, MapRecord, NewSnapshot, SessionId, VersionRecord,
 };
 use meetpoint_tracking::MappingParams;
 use tokio::task::JoinHandle;
 
-use super::actors::{Mailbox, Replacement, Shared};
+use super::actors::{Awaited, Mailbox, Replacement, Shared};
 use super::checkpoint;
 use super::map_state::{Applied, MapState};
+use super::relaxations::Relaxations;
 use super::snapshot::{Draft, SavedTiles};
 use super::topology::Topologies;
-use crate::convert::job::REBUILD;
 use crate::live::{Event, SessionProgress};
 use crate::{clock, convert, error::Error, operations::tiles};
 
@@ -33,7 +34,7 @@ const RETRY_LONGEST: Duration = Duration::from_secs(30);
 pub(super) async fn run(shared: Arc<Shared>, map: MapId, mailbox: Arc<Mailbox>) {
     let mut wait = RETRY_FIRST;
     loop {
-        match live(&shared, &map, &mailbox).await {
+        match Box::pin(live(&shared, &map, &mailbox)).await {
             Ok(()) if shared.stop.is_cancelled() => return shared.remove(&map),
             Ok(()) if shared.retire(&map, &mailbox) => return,
             Ok(()) => wait = RETRY_FIRST,
@@ -119,8 +120,8 @@ impl Actor<'_> {
             if self.shared.stop.is_cancelled() {
                 return self.save_rest(work).await;
             }
-            if let Some(replacement) = mailbox.replacement() {
-                work = self.replace(work, replacement).await?;
+            if let Some(awaited) = mailbox.replacement() {
+                work = self.replace(work, awaited).await?;
                 entries = self.read(work.state.position()).await?;
             }
             if let Some(last) = entries.back().map(|entry| entry.seq) {
@@ -181,16 +182,19 @@ impl Actor<'_> {
     }
 
     /// Takes a state that was computed apart, brings it to where the own one was, and saves it.
-    async fn replace(&mut self, work: Work, replacement: Replacement) -> Result<Work, Error> {
-        let Replacement { state, done } = replacement;
+    async fn replace(&mut self, work: Work, awaited: Awaited) -> Result<Work, Error> {
+        let Awaited { replacement: Replacement { state, origin, corrections }, done } = awaited;
         let reached = work.state.position();
         let saved = SavedTiles::default();
+        for (session, correction) in corrections {
+            self.tell_correction(session, correction);
+        }
         let mut work = Work { state, saved, topologies: work.topologies, quiet_until: reached };
         while work.state.position() < reached {
             let entries = self.read(work.state.position()).await?;
             work = self.map(work, entries).await?;
         }
-        let work = self.snapshot(work, REBUILD).await?;
+        let work = self.snapshot(work, origin).await?;
         if let Some(version) = self.saved().await? {
             // A job that was given up meanwhile does not need to know.
             let _ = done.send(version.number);
@@ -224,13 +228,25 @@ impl Actor<'_> {
                 SessionProgress { mapped_through, correction: correction.clone().or(before) },
             );
             if let Some(correction) = correction {
-                let event = convert::session::correction_event(session, correction);
-                live.announce(self.record.id.clone(), Event::Correction(event));
+                self.announce_correction(session, correction);
             }
             if entry.ended {
                 live.forget(session);
             }
         }
+    }
+
+    /// Tells a robot that is online, and watchers, that it is elsewhere than it was told before.
+    fn tell_correction(&self, session: SessionId, correction: v1::PoseCorrection) {
+        let Some(progress) = self.shared.live.session(session) else { return };
+        let told = SessionProgress { correction: Some(correction.clone()), ..progress };
+        self.shared.live.progress(session, told);
+        self.announce_correction(session, correction);
+    }
+
+    fn announce_correction(&self, session: SessionId, correction: v1::PoseCorrection) {
+        let event = convert::session::correction_event(session, correction);
+        self.shared.live.announce(self.record.id.clone(), Event::Correction(event));
     }
 
     /// How long ago the entry came in that was mapped last; 0 when none waits.
@@ -252,7 +268,9 @@ impl Actor<'_> {
             }
             Err(error) => return Err(error),
         }
-        let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m)?;
+        let (store, map) = (&self.shared.store, &self.record.id);
+        let relaxations = Relaxations::load(store, map, store.journal_end(map).await?).await?;
+        let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m, relaxations)?;
         let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
         let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
         let topologies = self.topologies().await?;
@@ -272,7 +290,10 @@ impl Actor<'_> {
         let known = SavedTiles::restored(&tiles, &hashes);
         let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
         let position = saved.journal_seq;
-        let state = checkpoint::restore(params, resolution_m, position, &saved.state, tiles)?;
+        let relaxed_through = checkpoint::relaxed_through(&saved.state)?;
+        let relaxations = Relaxations::load(store, &self.record.id, relaxed_through).await?;
+        let bytes = &saved.state;
+        let state = checkpoint::restore(params, resolution_m, position, bytes, tiles, relaxations)?;
         let topologies = self.topologies().await?;
         Ok(Some(Work { state, saved: known, topologies, quiet_until: position }))
     }

@@ -3,7 +3,8 @@
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use meetpoint_storage::{JournalSeq, MapId, Store};
+use meetpoint_proto::v1;
+use meetpoint_storage::{JournalSeq, MapId, SessionId, Store};
 use tokio::sync::{Notify, Semaphore, oneshot};
 use tokio_util::{sync::CancellationToken, task::TaskTracker};
 use uuid::Uuid;
@@ -38,19 +39,28 @@ pub(super) struct Shared {
 pub(super) struct Mailbox {
     /// The journal has grown, or there is a replacement.
     pub(super) woken: Notify,
-    replacement: Mutex<Option<Replacement>>,
+    replacement: Mutex<Option<Awaited>>,
 }
 
 /// A state computed apart, to be taken instead of the actor's own.
-pub(super) struct Replacement {
-    pub(super) state: MapState,
+pub(crate) struct Replacement {
+    pub(crate) state: MapState,
+    /// The kind of the job that computed it.
+    pub(crate) origin: &'static str,
+    /// Where the robots of open sessions are by that state, for those who are online.
+    pub(crate) corrections: Vec<(SessionId, v1::PoseCorrection)>,
+}
+
+/// A replacement, and who waits for it.
+pub(super) struct Awaited {
+    pub(super) replacement: Replacement,
     /// Told the version that it became.
     pub(super) done: oneshot::Sender<u64>,
 }
 
 impl Mailbox {
     /// The replacement that waits, if there is one.
-    pub(super) fn replacement(&self) -> Option<Replacement> {
+    pub(super) fn replacement(&self) -> Option<Awaited> {
         self.replacement.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
 }
@@ -107,19 +117,23 @@ impl Actors {
         self.mailbox(map).woken.notify_one();
     }
 
-    /// Has a map take `state`, computed from the same journal, in place of its own; the number of
+    /// Has a map take a state, computed from the same journal, in place of its own; the number of
     /// the version that it becomes.
     ///
     /// # Errors
     /// [`Error::Stopping`] if the service stops before that.
-    pub(crate) async fn replace(&self, map: &MapId, state: MapState) -> Result<u64, Error> {
+    pub(crate) async fn replace(
+        &self,
+        map: &MapId,
+        replacement: Replacement,
+    ) -> Result<u64, Error> {
         let (done, version) = oneshot::channel();
         if self.0.stop.is_cancelled() {
             return Err(Error::Stopping);
         }
         let mailbox = self.mailbox(map);
         *mailbox.replacement.lock().unwrap_or_else(PoisonError::into_inner) =
-            Some(Replacement { state, done });
+            Some(Awaited { replacement, done });
         mailbox.woken.notify_one();
         version.await.map_err(|_| Error::Stopping)
     }

@@ -12,6 +12,7 @@ use prost::Message;
 use uuid::Uuid;
 
 use super::map_state::{MapState, OpenSession};
+use super::relaxations::Relaxations;
 use crate::convert::{pose, sensor, session};
 use crate::error::Error;
 
@@ -29,6 +30,9 @@ struct Saved {
     unplaced: Vec<SavedFrame>,
     #[prost(message, repeated, tag = "4")]
     sessions: Vec<SavedSession>,
+    /// The place in the journal up to which relaxations are in.
+    #[prost(int64, tag = "5")]
+    relaxed_through: i64,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -76,11 +80,20 @@ pub(super) fn to_bytes(state: &MapState) -> Vec<u8> {
         site: state.site.state_bytes(),
         unplaced: unplaced.collect(),
         sessions: sessions.collect(),
+        relaxed_through: state.relaxations.through().0,
     }
     .encode_to_vec()
 }
 
-/// The state back again.
+/// The place in the journal up to which the state's relaxations are in.
+///
+/// # Errors
+/// [`Error::Internal`] if the bytes are damaged.
+pub(super) fn relaxed_through(bytes: &[u8]) -> Result<JournalSeq, Error> {
+    Ok(JournalSeq(Saved::decode(bytes).map_err(Error::internal)?.relaxed_through))
+}
+
+/// The state back again, with its relaxations.
 ///
 /// # Errors
 /// [`Error::Internal`] if the bytes are of another format or damaged.
@@ -90,8 +103,9 @@ pub(super) fn restore(
     position: JournalSeq,
     bytes: &[u8],
     tiles: Vec<(TileKey, Arc<Tile>)>,
+    relaxations: Relaxations,
 ) -> Result<MapState, Error> {
-    let Saved { format, site, unplaced, sessions } =
+    let Saved { format, site, unplaced, sessions, relaxed_through: _ } =
         Saved::decode(bytes).map_err(Error::internal)?;
     if format != FORMAT {
         return Err(Error::internal(format!("a checkpoint of format {format}, not {FORMAT}")));
@@ -115,6 +129,7 @@ pub(super) fn restore(
     Ok(MapState {
         params: *params,
         resolution_m,
+        relaxations,
         site,
         unplaced: frames,
         sessions,

@@ -5,10 +5,13 @@ use std::collections::BTreeMap;
 use meetpoint_geometry::Pose;
 use meetpoint_occupancy::Grid;
 use meetpoint_proto::v1;
-use meetpoint_storage::{JournalEntry, JournalEvent, JournalSeq, PoseRecord, SessionId};
-use meetpoint_tracking::{Estimate, LiveMap, MappingParams, SessionConfig, SessionKey};
+use meetpoint_storage::{
+    JournalEntry, JournalEvent, JournalSeq, PoseRecord, SessionId, TrajectoryOrigin,
+};
+use meetpoint_tracking::{Estimate, LiveMap, MappingParams, SensorKind, SessionConfig, SessionKey};
 use prost::Message;
 
+use super::relaxations::Relaxations;
 use crate::convert::{import, observation, pose, sensor, sensor::DeclaredSensor, session};
 use crate::error::Error;
 
@@ -16,6 +19,8 @@ use crate::error::Error;
 pub(crate) struct MapState {
     pub(super) params: MappingParams,
     pub(super) resolution_m: f64,
+    /// Where robots are known to have been.
+    pub(super) relaxations: Relaxations,
     /// The site's frame: sessions of known start, and later merged ones.
     pub(super) site: LiveMap,
     /// Sessions of unknown start, each in a frame of its own.
@@ -43,8 +48,9 @@ pub(super) struct OpenSession {
 }
 
 /// Poses to be written, and where they stand in the trajectory.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct NewPoses {
+    pub(super) origin: TrajectoryOrigin,
     pub(super) first_index: u64,
     pub(super) poses: Vec<PoseRecord>,
 }
@@ -71,14 +77,19 @@ pub(crate) struct Applied {
 }
 
 impl MapState {
-    /// An empty map.
+    /// An empty map, to be drawn by these relaxations.
     ///
     /// # Errors
     /// [`Error::Internal`] for a resolution that no map can have.
-    pub(crate) fn new(params: &MappingParams, resolution_m: f64) -> Result<Self, Error> {
+    pub(crate) fn new(
+        params: &MappingParams,
+        resolution_m: f64,
+        relaxations: Relaxations,
+    ) -> Result<Self, Error> {
         Ok(Self {
             params: *params,
             resolution_m,
+            relaxations,
             site: empty_map(params, resolution_m)?,
             unplaced: BTreeMap::new(),
             sessions: BTreeMap::new(),
@@ -132,7 +143,9 @@ impl MapState {
                 self.end(session)
             }
             JournalEvent::MapImported { payload } => self.import(&payload)?,
-            JournalEvent::VersionPublished { .. }
+            // What was found is in from the beginning, or the job that found it replaces this map.
+            JournalEvent::SessionsRelaxed { .. }
+            | JournalEvent::VersionPublished { .. }
             | JournalEvent::CostDecided { .. }
             | JournalEvent::MapCreated => Applied::default(),
         };
@@ -191,10 +204,9 @@ impl MapState {
             .get_mut(&id)
             .ok_or_else(|| Error::internal(format!("batch {number} of a session not open")))?;
         let map = self.unplaced.get_mut(&id).unwrap_or(&mut self.site);
-        let new = self
-            .poses
-            .entry(id)
-            .or_insert_with(|| NewPoses { first_index: open.n_poses, poses: Vec::new() });
+        let origin = origin(&self.relaxations, id, &open.sensors);
+        let first_index = open.n_poses;
+        let new = self.poses.entry(id).or_insert(NewPoses { origin, first_index, poses: vec![] });
         let mut applied =
             Applied { session: Some(id), mapped_through: number, ..Applied::default() };
         let (mut first_ns, mut last_ns) = (i64::MAX, i64::MIN);
@@ -207,7 +219,15 @@ impl MapState {
             let Some(observation) = observation::observation(wire, &open.sensors) else { continue };
             first_ns = first_ns.min(observation.stamp_ns);
             last_ns = last_ns.max(observation.stamp_ns);
-            if let Some(estimate) = map.apply(key(id), &observation) {
+            let index = new.first_index + new.poses.len() as u64;
+            let estimate = match self.relaxations.pose(id, index) {
+                Some(pose) => {
+                    let map_from_session = open.map_from_session.unwrap_or(Pose::IDENTITY);
+                    map.apply_at(key(id), &observation, map_from_session * pose)
+                }
+                None => map.apply(key(id), &observation),
+            };
+            if let Some(estimate) = estimate {
                 new.poses.push(pose_record(&estimate, open.map_from_session));
                 applied.correction = Some(correction(number, &estimate, &open.sensors));
             }
@@ -239,6 +259,22 @@ pub(super) fn empty_map(params: &MappingParams, resolution_m: f64) -> Result<Liv
 
 pub(super) fn key(id: SessionId) -> SessionKey {
     SessionKey(id.0.as_u128())
+}
+
+/// What the poses of a session are computed from.
+fn origin(
+    relaxations: &Relaxations,
+    id: SessionId,
+    sensors: &[DeclaredSensor],
+) -> TrajectoryOrigin {
+    let is_laser = |declared: &DeclaredSensor| matches!(declared.sensor.kind, SensorKind::Laser(_));
+    if relaxations.has(id) {
+        TrajectoryOrigin::Relaxation
+    } else if sensors.iter().any(is_laser) {
+        TrajectoryOrigin::Tracking
+    } else {
+        TrajectoryOrigin::Odometry
+    }
 }
 
 /// Stored poses are robot poses in the session's frame.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use meetpoint_occupancy::{Grid, Tile};
 use meetpoint_storage::{
     ContentHash, JournalSeq, MapLease, NewPoses, NewSnapshot, NewTile, NewTopology, SessionId,
-    TileKey, TrajectoryOrigin,
+    TileKey,
 };
 
 use super::{checkpoint, map_state::MapState};
@@ -23,6 +23,7 @@ pub(super) struct Draft {
     state: Vec<u8>,
     tiles: Vec<NewTile>,
     topology: Option<NewTopology>,
+    landmarks: Option<Vec<u8>>,
     poses: Vec<NewPoses>,
 }
 
@@ -47,7 +48,7 @@ impl SavedTiles {
         let poses = std::mem::take(&mut state.poses).into_iter();
         let poses = poses.filter(|(_, new)| !new.poses.is_empty()).map(|(session, new)| NewPoses {
             session,
-            origin: TrajectoryOrigin::Tracking,
+            origin: new.origin,
             first_index: new.first_index,
             poses: new.poses,
         });
@@ -59,6 +60,7 @@ impl SavedTiles {
             state: checkpoint::to_bytes(state),
             tiles,
             topology,
+            landmarks: state.relaxations.landmark_set(),
             poses: poses.collect(),
         }
     }
@@ -89,7 +91,8 @@ impl SavedTiles {
 impl Draft {
     /// The snapshot, to be saved under a lease.
     pub(super) fn into_snapshot(self, lease: MapLease, origin: &str, time_ns: i64) -> NewSnapshot {
-        let Self { journal_seq, n_scans, bounds_m, state, tiles, topology, poses } = self;
+        let Self { journal_seq, n_scans, bounds_m, state, tiles, topology, landmarks, poses } =
+            self;
         NewSnapshot {
             map: lease.map.clone(),
             lease,
@@ -100,6 +103,7 @@ impl Draft {
             state,
             tiles,
             topology,
+            landmarks,
             poses,
             time_ns,
         }

@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use super::maps::shortened;
 use super::page;
-use crate::convert::job;
+use crate::convert::job::{self, Asked};
 use crate::live::Event;
 use crate::{clock, error::Error, service::Service};
 
@@ -18,14 +18,21 @@ impl Service {
         &self,
         request: v1::CreateJobRequest,
     ) -> Result<v1::CreateJobResponse, Error> {
-        let v1::CreateJobRequest { map, kind } = request;
-        let kind = job::kind(kind)?;
+        let v1::CreateJobRequest { map, kind, priority, params } = request;
+        let asked = job::asked(kind, params)?;
+        let priority = job::priority(priority)?;
         let map = self.map_record(&map).await?.id;
+        if let Asked::Relax(params) = &asked {
+            for (index, session) in params.sessions.iter().enumerate() {
+                self.require_relaxable(&map, session, index).await?;
+            }
+        }
         let new = NewJob {
             id: JobId(Uuid::now_v7()),
             map: map.clone(),
-            kind: kind.to_owned(),
-            params: Vec::new(),
+            kind: asked.kind().to_owned(),
+            params: asked.params(),
+            priority,
             time_ns: clock::now_ns(),
         };
         let record = self.store.create_job(&new).await?;
@@ -77,6 +84,19 @@ impl Service {
         let events = self.live.watch();
         let id = self.job_record(id).await?.id;
         Ok(JobChanges { service: self.clone(), id, events, is_first: true, is_over: false })
+    }
+
+    /// A session that is to be relaxed is one of the map and has a place in it.
+    async fn require_relaxable(&self, map: &MapId, id: &str, index: usize) -> Result<(), Error> {
+        let record = self.session_record(id).await?;
+        if record.map != *map {
+            let problem = format!("a session of map `{}`", record.map.0);
+            return Err(Error::field(format!("relax.sessions[{index}]"), problem));
+        }
+        if record.map_from_session.is_none() {
+            return Err(Error::SessionNotPlaced(shortened(id)));
+        }
+        Ok(())
     }
 
     async fn job_record(&self, id: &str) -> Result<JobRecord, Error> {

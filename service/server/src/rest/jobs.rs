@@ -12,6 +12,7 @@ use super::idempotency::{Creation, IdempotencyKey, Reply, once};
 use super::integer::{Signed64, Unsigned64};
 use super::openapi::{CreationProblems, ListProblems, ReadProblems};
 use super::problem::Refusal;
+use super::relaxation::{RelaxFigures, RelaxParams, RelaxResult};
 use super::reply::{filled, ok};
 use super::request::{JsonBody, Path, Query};
 use super::sse::Watcher;
@@ -53,8 +54,18 @@ pub(crate) struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     estimated_end_time_ns: Option<Signed64>,
-    /// True once cancelling was asked for.
+    /// True once cancelling was asked for. A job that has come to its end does not heed it any more.
     cancel_requested: bool,
+    /// Higher goes first.
+    priority: i32,
+    /// How a relax job was to be done; absent from others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    relax: Option<RelaxParams>,
+    /// What came of a relax job; absent until it has succeeded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    relax_result: Option<RelaxResult>,
 }
 
 impl From<v1::Job> for Job {
@@ -73,6 +84,9 @@ impl From<v1::Job> for Job {
             update_time_ns,
             estimated_end_time_ns,
             cancel_requested,
+            priority,
+            params,
+            result,
         } = wire;
         Self {
             id,
@@ -88,6 +102,9 @@ impl From<v1::Job> for Job {
             update_time_ns: Signed64(update_time_ns),
             estimated_end_time_ns: estimated_end_time_ns.map(Signed64),
             cancel_requested,
+            priority,
+            relax: params.map(|v1::job::Params::Relax(params)| params.into()),
+            relax_result: result.map(|v1::job::Result::RelaxResult(result)| result.into()),
         }
     }
 }
@@ -100,6 +117,9 @@ pub(crate) enum JobKind {
     Unspecified,
     /// Computes all that is derived again from the journal, into a new version.
     Rebuild,
+    /// Finds out where robots had been and where the landmarks are that they saw, and draws the map
+    /// again by it, into a new version.
+    Relax,
 }
 
 impl From<v1::JobKind> for JobKind {
@@ -107,6 +127,7 @@ impl From<v1::JobKind> for JobKind {
         match wire {
             v1::JobKind::Unspecified => Self::Unspecified,
             v1::JobKind::Rebuild => Self::Rebuild,
+            v1::JobKind::Relax => Self::Relax,
         }
     }
 }
@@ -116,6 +137,7 @@ impl From<JobKind> for v1::JobKind {
         match kind {
             JobKind::Unspecified => Self::Unspecified,
             JobKind::Rebuild => Self::Rebuild,
+            JobKind::Relax => Self::Relax,
         }
     }
 }
@@ -157,12 +179,17 @@ pub(crate) struct JobLogLine {
     /// By the service's clock, nanoseconds since 1970.
     time_ns: Signed64,
     text: String,
+    /// The same in numbers, where a relaxation has made a step.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    relax: Option<RelaxFigures>,
 }
 
 impl From<v1::JobLogLine> for JobLogLine {
     fn from(wire: v1::JobLogLine) -> Self {
-        let v1::JobLogLine { time_ns, text } = wire;
-        Self { time_ns: Signed64(time_ns), text }
+        let v1::JobLogLine { time_ns, text, figures } = wire;
+        let relax = figures.map(|v1::job_log_line::Figures::Relax(figures)| figures.into());
+        Self { time_ns: Signed64(time_ns), text, relax }
     }
 }
 
@@ -190,12 +217,20 @@ pub(crate) struct NewJob {
     #[schema(example = "intel")]
     map: String,
     kind: JobKind,
+    /// Higher goes first; 0 is usual.
+    #[serde(default)]
+    #[schema(minimum = -100, maximum = 100, example = 0)]
+    priority: i32,
+    /// How a relax job is to be done; absent for the defaults. Not taken with other kinds.
+    #[serde(default)]
+    relax: Option<RelaxParams>,
 }
 
 impl From<NewJob> for v1::CreateJobRequest {
     fn from(job: NewJob) -> Self {
-        let NewJob { map, kind } = job;
-        Self { map, kind: v1::JobKind::from(kind).into() }
+        let NewJob { map, kind, priority, relax } = job;
+        let params = relax.map(|params| v1::create_job_request::Params::Relax(params.into()));
+        Self { map, kind: v1::JobKind::from(kind).into(), priority, params }
     }
 }
 
@@ -235,6 +270,9 @@ pub(crate) struct JobsQuery {
 }
 
 /// Starts a job and returns at once.
+///
+/// Jobs of one map are done one after the other, those of other maps beside them: higher priority
+/// first, then the older. `NOTHING_TO_RELAX` is found out by the job itself.
 #[utoipa::path(
     post,
     path = "/v1/jobs",

@@ -32,6 +32,7 @@ use super::problem::{PROBLEM_JSON, Problem};
         (name = "graphs", description = "Regions of a map version, and how they hang together."),
         (name = "plans", description = "Ways through a map version: paths, lengths, next motions."),
         (name = "costs", description = "What is closed, dear or drawn on top of a map, and for which robots it is planned."),
+        (name = "landmarks", description = "What robots told apart on a map version."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),

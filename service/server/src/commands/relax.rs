@@ -1,0 +1,192 @@
+//! `meetpoint relax`: starts the job, shows its progress and the likelihood as it climbs, waits.
+
+use std::collections::BTreeMap;
+use std::time::Duration;
+
+use indicatif::{ProgressBar, ProgressStyle};
+use meetpoint_client::Client;
+use meetpoint_proto::v1;
+use v1::create_job_request::Params;
+use v1::job_log_line::Figures;
+
+use super::asked::ServerArgs;
+use super::likelihood_curve::curve;
+
+/// How often the job is asked for.
+const POLL: Duration = Duration::from_millis(300);
+/// Steps of the progress bar.
+const N_STEPS: f64 = 1000.0;
+/// Characters that a likelihood curve is wide at most.
+const N_COLUMNS: usize = 60;
+
+/// Options of `meetpoint relax`.
+#[derive(Debug, clap::Args)]
+pub struct RelaxArgs {
+    /// The map
+    #[arg(long, value_name = "MAP")]
+    map: String,
+    /// Relax only this session of it; may be given more than once
+    #[arg(long = "session", value_name = "ID")]
+    sessions: Vec<String>,
+    /// Take landmarks of one type for all alike, whatever sightings call them
+    #[arg(long)]
+    forget_identities: bool,
+    /// Believe the odometry to be right on average
+    #[arg(long)]
+    keep_odometry: bool,
+    /// Higher goes before other jobs: -100 to 100
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
+    priority: i32,
+    /// Start the job and do not wait
+    #[arg(long)]
+    detach: bool,
+    #[command(flatten)]
+    server: ServerArgs,
+}
+
+/// Runs the job to its end.
+///
+/// # Errors
+/// If it could not be started, failed, or was cancelled.
+pub async fn run(args: RelaxArgs) -> anyhow::Result<()> {
+    let client = args.server.client()?;
+    let params = v1::RelaxParams {
+        sessions: args.sessions,
+        forget_identities: args.forget_identities,
+        estimate_odometry: Some(!args.keep_odometry),
+        landmarks_from_grid: false,
+    };
+    let request = v1::CreateJobRequest {
+        map: args.map,
+        kind: v1::JobKind::Relax.into(),
+        priority: args.priority,
+        params: Some(Params::Relax(params)),
+    };
+    let job = client.create_job(request).await?;
+    if args.detach {
+        if args.server.json {
+            println!("{}", serde_json::json!({ "job": job.id }));
+        } else {
+            println!("job {}", job.id);
+        }
+        return Ok(());
+    }
+    let job = ended(&client, job, args.server.json).await?;
+    let likelihoods = likelihoods(&job.log);
+    if let Some(v1::JobError { code, message }) = &job.error {
+        anyhow::bail!("the job failed: {message} ({code})");
+    }
+    anyhow::ensure!(job.state == i32::from(v1::JobState::Succeeded), "the job was cancelled");
+    if args.server.json {
+        println!("{}", json(&job, &likelihoods));
+    } else {
+        print(&job, &likelihoods);
+    }
+    Ok(())
+}
+
+/// The job once it has ended, with a bar meanwhile.
+async fn ended(client: &Client, mut job: v1::Job, is_quiet: bool) -> anyhow::Result<v1::Job> {
+    let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(1000) };
+    let template = "relax {bar:40} {percent} % {elapsed} {msg}";
+    bar.set_style(ProgressStyle::with_template(template)?);
+    while !job.done {
+        tokio::time::sleep(POLL).await;
+        job = client.job(&job.id).await?;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1000")]
+        bar.set_position((job.progress * N_STEPS) as u64);
+        if let Some(line) = job.log.last() {
+            bar.set_message(line.text.clone());
+        }
+    }
+    bar.finish_and_clear();
+    Ok(job)
+}
+
+/// The likelihood after each iteration, by session and stage in the order of their names.
+type Likelihoods = BTreeMap<(String, String), Vec<f64>>;
+
+fn likelihoods(log: &[v1::JobLogLine]) -> Likelihoods {
+    let mut found = Likelihoods::new();
+    for line in log {
+        let Some(Figures::Relax(figures)) = &line.figures else { continue };
+        let Some(log_likelihood) = figures.log_likelihood else { continue };
+        let place = (figures.session.clone(), figures.stage.clone());
+        found.entry(place).or_default().push(log_likelihood);
+    }
+    found
+}
+
+fn print(job: &v1::Job, likelihoods: &Likelihoods) {
+    for ((session, stage), values) in likelihoods {
+        let (first, last) = (values.first(), values.last());
+        if let (Some(first), Some(last)) = (first, last) {
+            println!("session {session}, {stage}: log-likelihood {first:.1} to {last:.1}");
+            println!("  {}", curve(values, N_COLUMNS));
+        }
+    }
+    println!("map {} is version {} now", job.map, job.result_version);
+    for found in sessions(job) {
+        println!(
+            "session {}: {} landmarks in {} sightings at {} stations, confidence {:.3}",
+            found.session, found.landmarks, found.sightings, found.steps, found.confidence
+        );
+        println!(
+            "  sightings of one landmark lie {:.2} m apart, {:.2} m before; poses moved by up to {:.2} m",
+            found.spread_after_m, found.spread_before_m, found.correction_max_m
+        );
+        if let Some(odometry) = &found.calibration {
+            println!(
+                "  odometry: a metre is {:.4} m, it drifts {:+.4} rad/m and {:+.4} rad/rad",
+                odometry.scale, odometry.turn_per_m, odometry.turn_per_rad
+            );
+        }
+        for other in &found.alternatives {
+            println!("  or, e^{:.1} times as probable: {}", other.log_odds, other.decided_by);
+        }
+    }
+}
+
+fn sessions(job: &v1::Job) -> &[v1::RelaxedSession] {
+    match &job.result {
+        Some(v1::job::Result::RelaxResult(result)) => &result.sessions,
+        None => &[],
+    }
+}
+
+fn json(job: &v1::Job, likelihoods: &Likelihoods) -> serde_json::Value {
+    let session = |found: &v1::RelaxedSession| {
+        let own = likelihoods.iter().filter(|((session, _), _)| *session == found.session);
+        let curves: Vec<_> = own
+            .map(|((_, stage), values)| serde_json::json!({ "stage": stage, "values": values }))
+            .collect();
+        let alternative = |other: &v1::RelaxAlternative| serde_json::json!({ "log_odds": other.log_odds, "decided_by": other.decided_by });
+        let alternatives: Vec<_> = found.alternatives.iter().map(alternative).collect();
+        let odometry = found.calibration.unwrap_or_default();
+        serde_json::json!({
+            "session": found.session,
+            "landmarks": found.landmarks,
+            "sightings": found.sightings,
+            "steps": found.steps,
+            "log_likelihood": found.log_likelihood,
+            "confidence": found.confidence,
+            "spread_before_m": found.spread_before_m,
+            "spread_after_m": found.spread_after_m,
+            "correction_max_m": found.correction_max_m,
+            "calibration": {
+                "scale": odometry.scale,
+                "turn_per_m": odometry.turn_per_m,
+                "turn_per_rad": odometry.turn_per_rad,
+            },
+            "alternatives": alternatives,
+            "log_likelihoods": curves,
+        })
+    };
+    let sessions: Vec<_> = sessions(job).iter().map(session).collect();
+    serde_json::json!({
+        "job": job.id,
+        "map": job.map,
+        "map_version": job.result_version,
+        "sessions": sessions,
+    })
+}

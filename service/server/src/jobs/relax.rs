@@ -1,0 +1,268 @@
+//! `relax`: where robots had been and where the landmarks are that they saw.
+//!
+//! Each session that saw landmarks is a travel of its own. What is found of it, the robot's pose at
+//! each of its observations and the landmarks, becomes one entry of the journal: from there on it is
+//! a decision like those of people, and the map is drawn by it now and whenever it is drawn again.
+//! Until that entry is written the job can be cancelled; after it the job only draws.
+
+mod bending;
+mod course;
+mod finding;
+mod saved;
+mod solver;
+mod stations;
+
+use meetpoint_proto::v1;
+use meetpoint_storage::{
+    JobRecord, JobReport, MapId, MapRecord, NewLogLine, NewRelaxation, SessionFilter, SessionId,
+    SessionRecord,
+};
+use prost::Message;
+use v1::job_log_line::Figures as LineFigures;
+
+use super::Done;
+use super::drawing::drawn_again;
+use super::running::{Running, Stopped};
+use super::workbench::Workbench;
+use crate::convert::job::{self, RELAX};
+use crate::convert::{relaxation, session};
+use crate::{clock, error::Error, service::Service};
+use course::{Course, CourseReader};
+use finding::finding;
+use saved::{Planned, Saved, UnderWay};
+use solver::{Found, Progress, Solver, SolverParams};
+use stations::{Stations, stations};
+
+/// Share of the progress that relaxing is; the rest is drawing.
+const SHARE_RELAXED: f64 = 0.8;
+/// Batches of a session read at a time: at most 16 MiB.
+const N_BATCHES_READ: u32 = 16;
+/// Sessions of a map read at a time.
+const N_SESSIONS_READ: u32 = 100;
+/// Sightings without which there is nothing to hold a way against.
+const N_SIGHTINGS_MIN: usize = 2;
+
+/// Relaxes the sessions that were asked for, and draws the map by it.
+pub(super) async fn run(
+    service: &Service,
+    job: &JobRecord,
+    running: &Running<'_>,
+    bench: &Workbench,
+) -> Result<Done, Stopped> {
+    let record = service.map_record(&job.map.0).await?;
+    let params = job::relax_params(&job.params)?;
+    let relaxing = Relaxing { service, job, params: &params, running, bench };
+    let mut saved = relaxing.begun(&record).await?;
+    while saved.n_done < saved.sessions.len() {
+        relaxing.relax_next(&mut saved).await?;
+    }
+    if saved.found.is_empty() {
+        return Err(Error::NothingToRelax(record.id.0).into());
+    }
+    running.decide();
+    if !saved.is_decided {
+        relaxing.record(&mut saved).await?;
+    }
+    let drawn = drawn_again(service, &record, (running, bench), SHARE_RELAXED).await?;
+    let version = service.actors.replace(&record.id, drawn.into_replacement(RELAX)).await?;
+    let result = v1::RelaxResult { sessions: saved.told };
+    Ok(Done { version, result: Some(v1::job::Result::RelaxResult(result)) })
+}
+
+/// A job at work.
+struct Relaxing<'a> {
+    service: &'a Service,
+    job: &'a JobRecord,
+    params: &'a v1::RelaxParams,
+    running: &'a Running<'a>,
+    bench: &'a Workbench,
+}
+
+impl Relaxing<'_> {
+    /// Where the job goes on, or what it is to do.
+    async fn begun(&self, record: &MapRecord) -> Result<Saved, Stopped> {
+        match self.job.checkpoint.as_deref().map(Saved::from_bytes) {
+            Some(Ok(saved)) => return Ok(saved),
+            Some(Err(error)) => error.log(),
+            None => {}
+        }
+        let sessions = self.sessions(&record.id).await?;
+        Ok(Saved::first(sessions))
+    }
+
+    /// The sessions that are to be relaxed, in the order in which they were opened.
+    async fn sessions(&self, map: &MapId) -> Result<Vec<Planned>, Error> {
+        let store = &self.service.store;
+        let asked = self.params.sessions.iter().map(|id| session::id("relax.sessions", id));
+        let asked = asked.collect::<Result<Vec<SessionId>, Error>>()?;
+        let filter = SessionFilter { map: Some(map.clone()), robot: None };
+        let (mut planned, mut after) = (Vec::new(), None);
+        loop {
+            let page = store.sessions(&filter, after, N_SESSIONS_READ).await?;
+            let Some(last) = page.last() else { return Ok(planned) };
+            after = Some(last.id);
+            for record in page {
+                let is_asked = asked.is_empty() || asked.contains(&record.id);
+                if is_asked && record.map_from_session.is_some() && detects_landmarks(&record)? {
+                    let (session, through) = (record.id, record.acked_through);
+                    planned.push(Planned { session, through });
+                }
+            }
+        }
+    }
+
+    /// Relaxes the next session, or goes on with it, and leaves what was found in `saved`.
+    async fn relax_next(&self, saved: &mut Saved) -> Result<(), Stopped> {
+        let planned = saved.sessions[saved.n_done];
+        let record = self.service.session_record(&planned.session.0.to_string()).await?;
+        let under_way = saved.under_way.take();
+        if let Some((course, stations)) = self.way(&record, planned.through).await? {
+            let found = self.relax(&record, &stations, under_way, saved).await?;
+            let job = self.job.id;
+            let finding =
+                self.bench.slice(move || finding(job, &record, (&course, &stations), &found));
+            let (kept, told) = finding.await?;
+            saved.found.push(kept);
+            saved.told.push(told);
+        }
+        saved.under_way = None;
+        saved.n_done += 1;
+        let checkpoint = saved.to_bytes();
+        let progress = share(saved, 0.0);
+        let report = JobReport { progress, checkpoint: Some(&checkpoint), log_line: None };
+        self.running.report(report).await
+    }
+
+    /// The way of a session out of the journal; `None` if too little was seen along it.
+    async fn way(
+        &self,
+        record: &SessionRecord,
+        through: u64,
+    ) -> Result<Option<(Course, Stations)>, Stopped> {
+        let sensors = session::declaration(&record.declaration)?.sensors;
+        let mut reader = CourseReader::new(&sensors)?;
+        let mut from_number = 1;
+        loop {
+            let read = self.service.store.session_batches(record.id, from_number, N_BATCHES_READ);
+            let mut batches = read.await?;
+            batches.retain(|batch| batch.number <= through);
+            let Some(last) = batches.last() else { break };
+            from_number = last.number + 1;
+            let read = self.bench.slice(move || {
+                for batch in batches {
+                    let wire =
+                        v1::Batch::decode(batch.payload.as_slice()).map_err(Error::internal)?;
+                    reader.read(wire, &batch.rejected);
+                }
+                Ok::<_, Error>(reader)
+            });
+            reader = read.await??;
+        }
+        let Some(course) = reader.finish() else { return Ok(None) };
+        let stations = stations(&course, self.params.forget_identities);
+        let is_enough = N_SIGHTINGS_MIN <= stations.travel.n_sightings();
+        Ok(is_enough.then_some((course, stations)))
+    }
+
+    /// Iterates to the end, and keeps every iteration.
+    async fn relax(
+        &self,
+        record: &SessionRecord,
+        stations: &Stations,
+        under_way: Option<UnderWay>,
+        saved: &mut Saved,
+    ) -> Result<Found, Stopped> {
+        let params =
+            SolverParams { estimate_odometry: self.params.estimate_odometry.unwrap_or(true) };
+        let travel = stations.travel.clone();
+        let begun = self.bench.slice(move || match under_way {
+            Some(UnderWay { iteration, is_done, state }) => {
+                let solver = Solver::from_bytes(travel, params, &state);
+                solver.map(|solver| (solver, iteration, is_done))
+            }
+            None => Some((Solver::new(travel, params), 0, false)),
+        });
+        let unreadable = || Error::internal("the state of a relaxation cannot be read");
+        let (mut solver, mut iteration, mut is_done) = begun.await?.ok_or_else(unreadable)?;
+        let cannot = |problem| Error::CannotRelax { session: record.id.0.to_string(), problem };
+        while !is_done {
+            let advanced = self.bench.slice(move || {
+                let progress = solver.advance();
+                let state = solver.to_bytes();
+                (solver, progress, state)
+            });
+            let (advanced, progress, state) = advanced.await?;
+            let progress = progress.map_err(cannot)?;
+            (solver, is_done) = (advanced, progress.is_done);
+            iteration += 1;
+            saved.under_way = Some(UnderWay { iteration, is_done, state });
+            self.tell(record, iteration, &progress, saved).await?;
+        }
+        let found = self.bench.slice(move || solver.found()).await?;
+        Ok(found.map_err(cannot)?)
+    }
+
+    /// Keeps an iteration and tells its figures.
+    async fn tell(
+        &self,
+        record: &SessionRecord,
+        iteration: u32,
+        progress: &Progress,
+        saved: &Saved,
+    ) -> Result<(), Stopped> {
+        let checkpoint = saved.to_bytes();
+        let figures = v1::RelaxFigures {
+            session: record.id.0.to_string(),
+            iteration,
+            stage: progress.stage.to_owned(),
+            log_likelihood: progress.log_likelihood,
+        };
+        let text = text(&figures);
+        let figures = job::figures_to_bytes(LineFigures::Relax(figures));
+        let log_line = Some(NewLogLine { text: &text, figures: Some(&figures) });
+        let progress = share(saved, progress.share);
+        let report = JobReport { progress, checkpoint: Some(&checkpoint), log_line };
+        self.running.report(report).await
+    }
+
+    /// Makes what was found a decision.
+    async fn record(&self, saved: &mut Saved) -> Result<(), Stopped> {
+        saved.is_decided = true;
+        let new = NewRelaxation {
+            map: self.job.map.clone(),
+            job: self.job.id,
+            fence: self.running.fence(),
+            payload: relaxation::to_bytes(&saved.found),
+            checkpoint: saved.to_bytes(),
+            time_ns: clock::now_ns(),
+        };
+        self.service.store.record_relaxation(&new).await?;
+        // The journal has grown by this decision.
+        self.service.actors.wake(&self.job.map);
+        Ok(())
+    }
+}
+
+/// Whether a session declared a detector of landmarks.
+fn detects_landmarks(record: &SessionRecord) -> Result<bool, Error> {
+    let sensors = session::declaration(&record.declaration)?.sensors;
+    let is_detector =
+        |sensor: &v1::Sensor| matches!(sensor.kind, Some(v1::sensor::Kind::LandmarkDetector(_)));
+    Ok(sensors.iter().any(is_detector))
+}
+
+/// The share of the whole job, when so much of the next session is relaxed.
+fn share(saved: &Saved, of_next: f64) -> f64 {
+    let n_sessions = saved.sessions.len().max(1) as f64;
+    SHARE_RELAXED * ((saved.n_done as f64 + of_next.clamp(0.0, 1.0)) / n_sessions).min(1.0)
+}
+
+fn text(figures: &v1::RelaxFigures) -> String {
+    let v1::RelaxFigures { session: _, iteration, stage, log_likelihood } = figures;
+    match log_likelihood {
+        Some(log_likelihood) => {
+            format!("{stage}, iteration {iteration}: log-likelihood {log_likelihood:.3}")
+        }
+        None => format!("{stage}, iteration {iteration}"),
+    }
+}

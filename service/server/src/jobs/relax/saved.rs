@@ -1,0 +1,156 @@
+//! Where a relax job goes on after a crash: which sessions it relaxes and how much of each, what of
+//! them is done, and the one under way, bit for bit.
+
+use meetpoint_proto::v1;
+use meetpoint_storage::SessionId;
+use prost::Message;
+use uuid::Uuid;
+
+use crate::convert::relaxation::{self, RelaxedSession};
+use crate::error::Error;
+
+/// The layout of [`Written`]; a checkpoint of another one is not gone on from, the job begins anew.
+const FORMAT: u32 = 1;
+
+/// A session that is to be relaxed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Planned {
+    pub(super) session: SessionId,
+    /// Its batches up to this number, however many come while the job runs.
+    pub(super) through: u64,
+}
+
+/// How far a job is.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Saved {
+    pub(super) sessions: Vec<Planned>,
+    /// Sessions gone through, in their order.
+    pub(super) n_done: usize,
+    /// What was found of them.
+    pub(super) found: Vec<RelaxedSession>,
+    /// What there is to tell of them.
+    pub(super) told: Vec<v1::RelaxedSession>,
+    /// The relaxation of the next session, as it left its last iteration.
+    pub(super) under_way: Option<UnderWay>,
+    /// Whether what was found is in the journal.
+    pub(super) is_decided: bool,
+}
+
+/// A relaxation between two iterations.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct UnderWay {
+    /// Iterations done.
+    pub(super) iteration: u32,
+    /// Whether there are no more to do.
+    pub(super) is_done: bool,
+    pub(super) state: Vec<u8>,
+}
+
+#[derive(Clone, PartialEq, Message)]
+struct Written {
+    #[prost(uint32, tag = "1")]
+    format: u32,
+    #[prost(message, repeated, tag = "2")]
+    sessions: Vec<WrittenPlan>,
+    #[prost(uint64, tag = "3")]
+    n_done: u64,
+    #[prost(bytes = "vec", tag = "4")]
+    found: Vec<u8>,
+    #[prost(message, repeated, tag = "5")]
+    told: Vec<v1::RelaxedSession>,
+    #[prost(message, optional, tag = "6")]
+    under_way: Option<WrittenState>,
+    #[prost(bool, tag = "7")]
+    is_decided: bool,
+}
+
+#[derive(Clone, PartialEq, Message)]
+struct WrittenPlan {
+    #[prost(bytes = "vec", tag = "1")]
+    session: Vec<u8>,
+    #[prost(uint64, tag = "2")]
+    through: u64,
+}
+
+#[derive(Clone, PartialEq, Message)]
+struct WrittenState {
+    #[prost(uint32, tag = "1")]
+    iteration: u32,
+    #[prost(bytes = "vec", tag = "2")]
+    state: Vec<u8>,
+    #[prost(bool, tag = "3")]
+    is_done: bool,
+}
+
+impl Saved {
+    /// A job that has not begun.
+    pub(super) fn first(sessions: Vec<Planned>) -> Self {
+        Self { sessions, ..Self::default() }
+    }
+
+    pub(super) fn to_bytes(&self) -> Vec<u8> {
+        let plan = |planned: &Planned| WrittenPlan {
+            session: planned.session.0.as_bytes().to_vec(),
+            through: planned.through,
+        };
+        let state = |under_way: &UnderWay| WrittenState {
+            iteration: under_way.iteration,
+            is_done: under_way.is_done,
+            state: under_way.state.clone(),
+        };
+        Written {
+            format: FORMAT,
+            sessions: self.sessions.iter().map(plan).collect(),
+            n_done: self.n_done as u64,
+            found: relaxation::to_bytes(&self.found),
+            told: self.told.clone(),
+            under_way: self.under_way.as_ref().map(state),
+            is_decided: self.is_decided,
+        }
+        .encode_to_vec()
+    }
+
+    /// # Errors
+    /// [`Error::Internal`] if the bytes are of another format or no checkpoint.
+    pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let written = Written::decode(bytes).map_err(Error::internal)?;
+        let Written { format, sessions, n_done, found, told, under_way, is_decided } = written;
+        if format != FORMAT {
+            return Err(Error::internal(format!("a job's checkpoint of format {format}")));
+        }
+        let plan = |WrittenPlan { session, through }: WrittenPlan| {
+            let session = Uuid::from_slice(&session).map_err(Error::internal)?;
+            Ok(Planned { session: SessionId(session), through })
+        };
+        let state =
+            |WrittenState { iteration, state, is_done }| UnderWay { iteration, is_done, state };
+        Ok(Self {
+            sessions: sessions.into_iter().map(plan).collect::<Result<_, Error>>()?,
+            n_done: usize::try_from(n_done).map_err(Error::internal)?,
+            found: relaxation::from_bytes(&found)?,
+            told,
+            under_way: under_way.map(state),
+            is_decided,
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let sessions = vec![Planned { session: SessionId(Uuid::from_u128(3)), through: 17 }];
+        let saved = Saved {
+            n_done: 1,
+            told: vec![v1::RelaxedSession { landmarks: 4, ..v1::RelaxedSession::default() }],
+            under_way: Some(UnderWay { iteration: 5, is_done: true, state: vec![1, 2, 3] }),
+            is_decided: true,
+            ..Saved::first(sessions)
+        };
+        let read = Saved::from_bytes(&saved.to_bytes()).expect("just written");
+        assert_eq!(read, saved, "all of it");
+        assert!(Saved::from_bytes(b"\x08\x07").is_err(), "an unknown format");
+    }
+}
