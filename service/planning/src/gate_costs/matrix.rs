@@ -1,5 +1,7 @@
 //! Rows of costs from the nodes of a gate, and what each cost came from.
 
+use wide::i32x8;
+
 use crate::cost::{Cost, UNREACHABLE};
 use crate::hierarchy::Hierarchy;
 
@@ -82,14 +84,35 @@ impl Matrix {
         via: Via,
     ) {
         let at = row * self.n_columns + first;
-        let known = self.costs[at..].iter_mut().zip(&mut self.via[at..]);
-        for ((known, known_via), &cost) in known.zip(costs) {
-            let through = extra + cost;
-            let is_better = through < *known;
-            *known = if is_better { through } else { *known };
-            *known_via = if is_better { via } else { *known_via };
+        let known = &mut self.costs[at..][..costs.len()];
+        let known_via = &mut self.via[at..][..costs.len()];
+        let words = known.chunks_mut(LANES).zip(known_via.chunks_mut(LANES));
+        for ((known, known_via), costs) in words.zip(costs.chunks(LANES)) {
+            if !is_any_less(extra, costs, known) {
+                continue;
+            }
+            for ((known, known_via), &cost) in known.iter_mut().zip(known_via).zip(costs) {
+                let through = extra + cost;
+                let is_better = through < *known;
+                *known = if is_better { through } else { *known };
+                *known_via = if is_better { via } else { *known_via };
+            }
         }
     }
+}
+
+/// Costs that are looked at together: few of them improve as a rule.
+const LANES: usize = 8;
+
+/// Whether one of the costs and `extra` make less than what is known; all are [`UNREACHABLE`] at
+/// most, and `extra` is less.
+fn is_any_less(extra: Cost, costs: &[Cost], known: &[Cost]) -> bool {
+    let (Some(costs), Some(known)) = (costs.as_array::<LANES>(), known.as_array::<LANES>()) else {
+        return true;
+    };
+    // Sums stay below 2^31; the oldest processors compare signed words only.
+    let [costs, known] = [costs, known].map(|costs| i32x8::new(costs.map(Cost::cast_signed)));
+    (costs + i32x8::splat(extra.cast_signed())).simd_lt(known).any()
 }
 
 /// Column of a node of the gate or of a higher one in its `up`.
