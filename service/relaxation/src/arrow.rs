@@ -41,7 +41,7 @@ pub(crate) struct Solution {
 impl Solution {
     /// The largest step of any number.
     pub(crate) fn largest(&self) -> f64 {
-        self.poses.iter().map(|step| step.amax()).fold(self.border.amax(), f64::max)
+        self.poses.iter().map(Vector3::amax).fold(self.border.amax(), f64::max)
     }
 }
 
@@ -256,8 +256,8 @@ mod tests {
     }
 
     /// A random chain of `n_poses` that sees random landmarks of `n_landmarks`.
-    fn random(n_poses: usize, n_landmarks: usize, seed: u64) -> Arrow {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    fn random(n_poses: usize, n_landmarks: usize, seed: u32) -> Arrow {
+        let mut rng = ChaCha8Rng::seed_from_u64(u64::from(seed));
         let mut number = || rng.random_range(-1.0..1.0);
         let mut arrow = Arrow::new(n_poses, 3 + 2 * n_landmarks);
         arrow.add_prior(0, Matrix3::identity() * 10.0, Vector3::zeros());
@@ -283,7 +283,7 @@ mod tests {
     proptest! {
         #[test]
         fn solution_is_that_of_the_dense_matrix(n_poses in 1_usize..8, n_landmarks in 1_usize..5, seed: u32) {
-            let arrow = random(n_poses, n_landmarks, u64::from(seed));
+            let arrow = random(n_poses, n_landmarks, seed);
             let (matrix, gradient) = dense(&arrow);
             let factor = Cholesky::new(matrix).expect("positive definite");
             let expected = -factor.solve(&gradient);

@@ -21,6 +21,9 @@ const LOOP_M: f64 = 100.0;
 /// Drifts within this many standard deviations are tried.
 const DEVIATIONS: f64 = 2.5;
 
+/// More drifts are not tried: no robot's wheels are so bad.
+const N_DRIFTS_MAX: usize = 101;
+
 /// The same travel, linearised about each of several drifts.
 #[derive(Clone, Debug)]
 pub(crate) struct Chains {
@@ -28,8 +31,6 @@ pub(crate) struct Chains {
     n_nodes: usize,
     /// Step and index within it, by sighting.
     places: Vec<(usize, usize)>,
-    /// Step of every node.
-    steps: Vec<usize>,
 }
 
 #[derive(Clone, Debug)]
@@ -52,7 +53,7 @@ impl Chains {
             .iter()
             .map(|&turn_per_m| {
                 let calibration = Calibration { turn_per_m, ..Calibration::NONE };
-                let closed = Chain::new(travel, calibration, model);
+                let closed = Chain::new(travel, calibration, model, is_node);
                 let mut open = closed.clone();
                 open.prior = calibration;
                 let std = spacing / 12.0_f64.sqrt();
@@ -67,9 +68,8 @@ impl Chains {
             .enumerate()
             .flat_map(|(index, step)| (0..step.sightings.len()).map(move |within| (index, within)))
             .collect();
-        let steps: Vec<usize> =
-            (0..travel.steps.len()).filter(|&index| is_node(&travel.steps[index])).collect();
-        Self { roots, n_nodes: steps.len(), places, steps }
+        let n_nodes = travel.steps.iter().filter(|step| is_node(step)).count();
+        Self { roots, n_nodes, places }
     }
 
     pub(crate) fn n_roots(&self) -> usize {
@@ -78,10 +78,6 @@ impl Chains {
 
     pub(crate) fn n_nodes(&self) -> usize {
         self.n_nodes
-    }
-
-    pub(crate) fn steps(&self) -> &[usize] {
-        &self.steps
     }
 
     /// The chain about a root's drift.
@@ -113,8 +109,13 @@ impl Chains {
 }
 
 impl Chain {
-    /// The travel linearised about `calibration`.
-    pub(crate) fn new(travel: &Travel, calibration: Calibration, model: &ErrorModel) -> Self {
+    /// The steps that `is_node`, with the ways between them linearised about `calibration`.
+    pub(crate) fn new(
+        travel: &Travel,
+        calibration: Calibration,
+        model: &ErrorModel,
+        is_node: impl Fn(&Step) -> bool,
+    ) -> Self {
         let mut nodes = Vec::new();
         let mut legs = Vec::new();
         let mut n_sightings = 0;
@@ -137,6 +138,7 @@ impl Chain {
             calibration,
             prior: Calibration::NONE,
             calibration_precision: model.calibration_precision(),
+            deviations_max: f64::INFINITY,
             nodes: Arc::new(nodes),
         }
     }
@@ -175,14 +177,20 @@ impl Node {
     }
 }
 
-fn is_node(step: &Step) -> bool {
+pub(crate) fn is_node(step: &Step) -> bool {
     !step.sightings.is_empty()
 }
 
-/// Drifts `spacing` apart, in radians a metre, none among them.
+/// Drifts `spacing` apart, in radians a metre, the least first.
 fn drifts(std: f64, spacing: f64) -> Vec<f64> {
-    let n_either_side = (DEVIATIONS * std / spacing).ceil().clamp(0.0, 50.0) as i32;
-    (-n_either_side..=n_either_side).map(|index| f64::from(index) * spacing).collect()
+    let farthest = DEVIATIONS * std;
+    let mut drifts = vec![0.0];
+    let mut drift = spacing;
+    while drift < farthest + spacing && drifts.len() < N_DRIFTS_MAX {
+        drifts.extend([drift, -drift]);
+        drift += spacing;
+    }
+    drifts
 }
 
 /// Density of a drift, up to a factor.

@@ -43,17 +43,32 @@ impl ErrorModel {
     /// Wheels on carpet and tiles that nobody calibrated, landmarks marked by a person with a
     /// button: a drift of a degree a metre is not unheard of, two degrees are.
     pub const BUTTON: Self = Self {
-        distance_std_m: 0.03,
-        distance_share_std: 0.01,
-        heading_std_rad: 0.015,
-        way_turn_std_per_m: 0.002,
+        distance_std_m: 0.02,
+        distance_share_std: 0.04,
+        heading_std_rad: 0.01,
+        way_turn_std_per_m: 0.004,
         turn_share_std: 0.03,
-        sighting_std_m: 0.3,
+        sighting_std_m: 0.25,
         range_share_std: 0.1,
         bearing_std_rad: 0.1,
         scale_std: 0.03,
         turn_per_m_std: 0.012,
         turn_per_rad_std: 0.05,
+    };
+
+    /// Wheels on a smooth floor, landmarks that a camera measures from a few metres away.
+    pub const CAMERA: Self = Self {
+        distance_std_m: 0.02,
+        distance_share_std: 0.02,
+        heading_std_rad: 0.02,
+        way_turn_std_per_m: 0.01,
+        turn_share_std: 0.05,
+        sighting_std_m: 0.05,
+        range_share_std: 0.03,
+        bearing_std_rad: 0.03,
+        scale_std: 0.05,
+        turn_per_m_std: 0.02,
+        turn_per_rad_std: 0.1,
     };
 
     /// Precision of a way's calibration.

@@ -62,6 +62,9 @@ pub(crate) struct Chain {
     /// What the odometry is expected to need, and how surely.
     pub(crate) prior: Calibration,
     pub(crate) calibration_precision: Vector3<f64>,
+    /// Sightings further off than this many standard deviations count linearly, not squared
+    /// (P. J. Huber, "Robust estimation of a location parameter", 1964).
+    pub(crate) deviations_max: f64,
     /// The way to the first does not count.
     pub(crate) nodes: Arc<Vec<Node>>,
 }
@@ -87,7 +90,6 @@ pub(crate) struct Fit {
     pub(crate) log_evidence: f64,
     /// Half of the weighted sum of squares.
     pub(crate) cost: f64,
-    pub(crate) n_steps: u32,
 }
 
 impl Chain {
@@ -116,7 +118,7 @@ impl Chain {
                 if is_small || n_steps_max <= n_steps {
                     let log_evidence =
                         self.log_evidence(&estimate, association, cost, solution.log_determinant);
-                    return Some(Fit { estimate, log_evidence, cost, n_steps });
+                    return Some(Fit { estimate, log_evidence, cost });
                 }
             } else {
                 damping = (damping * 10.0).max(1.0);
@@ -124,7 +126,7 @@ impl Chain {
                     let plain = self.linearised(&estimate, association).solve()?;
                     let log_evidence =
                         self.log_evidence(&estimate, association, cost, plain.log_determinant);
-                    return Some(Fit { estimate, log_evidence, cost, n_steps });
+                    return Some(Fit { estimate, log_evidence, cost });
                 }
             }
         }
@@ -189,7 +191,10 @@ impl Chain {
                 if let Some(landmark) = association[bearing.sighting] {
                     let point = estimate.landmarks[landmark as usize];
                     let (residual, ..) = sighting_residual(pose, point, bearing);
-                    sum += (bearing.precision * residual).dot(&residual);
+                    let squares = (bearing.precision * residual).dot(&residual);
+                    // Squares up to the bound, then the line that goes on from there.
+                    let weight = self.weight(bearing, &residual);
+                    sum += squares * weight * (2.0 - weight);
                 }
             }
         }
@@ -220,6 +225,12 @@ impl Chain {
         // Every sighting has two numbers with a density, every landmark two to integrate over.
         let volume = (estimate.landmarks.len() as f64 - f64::from(n_seen)) * TAU.ln();
         (log_precision - log_determinant) / 2.0 - cost + volume
+    }
+
+    /// How much a sighting counts, in (0, 1].
+    fn weight(&self, bearing: &Bearing, residual: &Vector2<f64>) -> f64 {
+        let deviations = (bearing.precision * residual).dot(residual).sqrt();
+        if deviations <= self.deviations_max { 1.0 } else { self.deviations_max / deviations }
     }
 
     /// What odometry says of the way to `node` with the calibration estimated.

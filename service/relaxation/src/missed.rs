@@ -4,8 +4,8 @@
 use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{DMatrix, Matrix2x3};
 
-use crate::hypotheses::{Hypothesis, SearchParams};
 use crate::least_squares::Chain;
+use crate::search::{Branch, SearchParams};
 use crate::travel::Detector;
 
 /// A robot that comes this near to a landmark has reached it, in metres; only then a person would
@@ -18,7 +18,7 @@ const PATH_STD_M: f64 = 0.4;
 
 /// What a hypothesis says of the ways driven.
 pub(crate) struct Missed<'a> {
-    hypothesis: &'a Hypothesis,
+    branch: &'a Branch,
     chain: &'a Chain,
     covariance: &'a DMatrix<f64>,
     params: &'a SearchParams,
@@ -29,7 +29,7 @@ pub(crate) struct Missed<'a> {
 impl<'a> Missed<'a> {
     /// After the way to `node`, with the covariance of the pose there and of the border.
     pub(crate) fn new(
-        hypothesis: &'a Hypothesis,
+        branch: &'a Branch,
         chain: &'a Chain,
         covariance: &'a DMatrix<f64>,
         params: &'a SearchParams,
@@ -37,7 +37,7 @@ impl<'a> Missed<'a> {
     ) -> Self {
         // Who sees far sees landmarks long before it reaches them, or not at all behind a corner.
         let counts = detector.range_max_m <= 2.0 * REACHED_M;
-        Self { hypothesis, chain, covariance, params, node, counts }
+        Self { branch, chain, covariance, params, node, counts }
     }
 
     /// Logarithm of the probability that known landmarks on the way to this node were not reported.
@@ -45,7 +45,7 @@ impl<'a> Missed<'a> {
         if self.node == 0 || !self.counts {
             return 0.0;
         }
-        let estimate = &self.hypothesis.fit.estimate;
+        let estimate = &self.branch.fit.estimate;
         let path = self.path(self.node);
         let ends = [path[0], path[path.len() - 1]];
         let mut sum = 0.0;
@@ -65,7 +65,7 @@ impl<'a> Missed<'a> {
         if !self.counts {
             return 0.0;
         }
-        let estimate = &self.hypothesis.fit.estimate;
+        let estimate = &self.branch.fit.estimate;
         let mut sum = 0.0;
         for node in 1..self.node {
             let path = self.path(node);
@@ -74,7 +74,7 @@ impl<'a> Missed<'a> {
                 continue;
             }
             let seen = &self.chain.nodes[node].bearings;
-            let anchor = seen.iter().find_map(|seen| self.hypothesis.association[seen.sighting]);
+            let anchor = seen.iter().find_map(|seen| self.branch.association[seen.sighting]);
             let Some(anchor) = anchor else { continue };
             let std_m = self.relative_std_m(anchor as usize, estimate.poses[self.node]);
             sum += self.log_unreported(&path, place, std_m);
@@ -84,7 +84,7 @@ impl<'a> Missed<'a> {
 
     /// The way to `node` as the estimate has it, in the map.
     fn path(&self, node: usize) -> Vec<Point2<f64>> {
-        let poses = &self.hypothesis.fit.estimate.poses;
+        let poses = &self.branch.fit.estimate.poses;
         let path = &self.chain.nodes[node].path;
         let last = path.len() - 1;
         let off = poses[node].position() - poses[node - 1] * path[last];
@@ -106,7 +106,7 @@ impl<'a> Missed<'a> {
 
     /// Standard deviation of a landmark's place seen from the pose, along its worse axis.
     fn relative_std_m(&self, landmark: usize, pose: Pose) -> f64 {
-        let point = self.hypothesis.fit.estimate.landmarks[landmark];
+        let point = self.branch.fit.estimate.landmarks[landmark];
         let (dx, dy) = (point.x - pose.x_m, point.y - pose.y_m);
         let by_pose = Matrix2x3::new(-1.0, 0.0, dy, 0.0, -1.0, -dx);
         let at = 6 + 2 * landmark;

@@ -1,57 +1,59 @@
 //! How many of a hundred random buildings come out right.
 //!
 //! ```text
-//! cargo run --release -p meetpoint-relaxation --example worlds -- [N_SEEDS]
+//! cargo run --release -p meetpoint-relaxation --example worlds -- [--seeds N] [--first SEED]
 //! ```
 
+mod judge;
 mod travel;
 
 use std::time::Instant;
 
-use meetpoint_relaxation::{ErrorModel, SearchParams, hypotheses};
+use meetpoint_relaxation::{Relaxation, RelaxationParams};
 use meetpoint_sim::{BenchmarkKind, benchmark_travel};
 
+use crate::judge::Judgement;
+
 fn main() {
-    let n: u64 = std::env::args().nth(1).and_then(|word| word.parse().ok()).unwrap_or(10);
-    let only: Option<u64> = std::env::args().nth(2).and_then(|word| word.parse().ok());
+    let words: Vec<String> = std::env::args().collect();
+    let number = |name: &str, otherwise: u64| {
+        let place = words.iter().position(|word| word == name);
+        place.and_then(|place| words.get(place + 1)?.parse().ok()).unwrap_or(otherwise)
+    };
+    let (first, n) = (number("--first", 0), number("--seeds", 100));
+    let runs_em = !words.iter().any(|word| word == "--search-only");
     for kind in [BenchmarkKind::RandomError, BenchmarkKind::SteadyDrift] {
+        println!(
+            "\n| {kind:?}, seed | sightings | off (m) | pairs wrong | landmarks off (m) | path off (m) | confidence | s |"
+        );
+        println!("|---|---|---|---|---|---|---|---|");
         let mut n_right = 0;
-        for seed in (0..n).filter(|seed| only.is_none_or(|only| only == *seed)) {
+        for seed in first..first + n {
             let simulated = benchmark_travel(kind, seed);
             let (travel, truth) = travel::travel(&simulated);
             let start = Instant::now();
-            let found = hypotheses(&travel, &ErrorModel::BUTTON, &SearchParams::BUTTON);
+            let mut relaxation = Relaxation::new(
+                &travel,
+                RelaxationParams { runs_em, ..RelaxationParams::of(&travel) },
+            );
+            while !relaxation.advance().is_done {}
             let seconds = start.elapsed().as_secs_f64();
-            let wrong = |index: usize| {
-                found.get(index).map(|found| n_wrong_pairs(&found.association, &truth))
+            let Some(outcome) = relaxation.outcome() else {
+                println!("| {seed} | nothing found |");
+                continue;
             };
-            let n_wrong = wrong(0);
-            let rank = (0..found.len()).find(|&index| wrong(index) == Some(0));
-            n_right += u32::from(n_wrong == Some(0));
-            let margin = rank.map(|rank| {
-                found[rank].log_evidence
-                    - found[usize::from(rank == 0).min(found.len() - 1)].log_evidence
-            });
+            let judged = Judgement::of(outcome, &simulated, &truth);
+            n_right += u32::from(judged.n_wrong_pairs == 0);
             println!(
-                "{kind:?} {seed}: {} sightings, off {:.1} m; wrong {n_wrong:?}, true at {rank:?} of {} ({margin:.1?}), {seconds:.2} s, {:?}",
+                "| {seed} | {} | {:.1} | {} | {:.2} | {:.2} | {:.3} | {seconds:.2} |",
                 truth.len(),
                 simulated.final_error_m(),
-                found.len(),
-                found.first().map(|f| f.log_evidence),
+                judged.n_wrong_pairs,
+                judged.landmark_error_m,
+                judged.path_error_m,
+                outcome.confidence,
             );
         }
-        println!("{kind:?}: {n_right} of {n}");
+        println!("\n{kind:?}: {n_right} of {n} right");
     }
-}
-
-/// Pairs of sightings that are told to be of one landmark and are not, or the other way round.
-fn n_wrong_pairs(found: &[Option<u32>], truth: &[usize]) -> usize {
-    let mut n = 0;
-    for a in 0..truth.len() {
-        for b in 0..a {
-            let same = found[a].is_some() && found[a] == found[b];
-            n += usize::from(same != (truth[a] == truth[b]));
-        }
-    }
-    n
 }

@@ -20,9 +20,11 @@ use nalgebra::{DMatrix, Matrix2};
 
 use crate::chain::Chains;
 use crate::error_model::ErrorModel;
+use crate::hypothesis::Hypothesis;
+use crate::landmark::LandmarkKind;
 use crate::least_squares::{Bearing, Estimate, Fit, sighting_residual};
 use crate::missed::Missed;
-use crate::travel::{Sighting, Travel};
+use crate::travel::Travel;
 
 /// How far the search goes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,21 +51,30 @@ impl SearchParams {
         n_kept_max: 200,
         log_odds_max: 20.0,
         deviations_max: 5.0,
-        density_per_m2: 0.005,
+        density_per_m2: 0.003,
         false_share: 1e-4,
         missed_share: 0.1,
         mistaken_share: 0.02,
     };
+
+    /// Landmarks seen by a camera, several at a time, in a room.
+    pub const CAMERA: Self = Self {
+        n_kept_max: 20,
+        log_odds_max: 15.0,
+        deviations_max: 4.0,
+        density_per_m2: 0.05,
+        false_share: 1e-2,
+        missed_share: 0.5,
+        mistaken_share: 0.02,
+    };
 }
 
-/// One way to tell which landmark was seen when.
+/// A hypothesis under way.
 #[derive(Clone, Debug)]
-pub struct Hypothesis {
-    /// By sighting, in the order of the travel: index of the landmark, `None` for false ones.
-    pub association: Vec<Option<u32>>,
-    /// Logarithm of its probability, up to a constant that all hypotheses share.
-    pub log_evidence: f64,
-    pub(crate) kinds: Vec<Kind>,
+pub(crate) struct Branch {
+    pub(crate) association: Vec<Option<u32>>,
+    log_evidence: f64,
+    kinds: Vec<LandmarkKind>,
     pub(crate) fit: Fit,
     /// Of landmarks new, false, mistaken and missed.
     log_prior: f64,
@@ -71,13 +82,6 @@ pub struct Hypothesis {
     chain: usize,
     /// Whether nothing has been seen again yet: the chain's own drift is then taken for granted.
     is_open: bool,
-}
-
-/// What is known of a landmark beside its place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kind {
-    pub(crate) identity: Option<u32>,
-    pub(crate) landmark_type: u32,
 }
 
 /// A hypothesis with one more sighting.
@@ -88,31 +92,68 @@ struct Child {
     log_evidence: f64,
 }
 
-/// The hypotheses that explain a travel best, best first.
-pub fn hypotheses(travel: &Travel, model: &ErrorModel, params: &SearchParams) -> Vec<Hypothesis> {
-    let chains = Chains::new(travel, model);
-    let kept = (0..chains.n_roots()).map(|root| Hypothesis::root(travel, &chains, root)).collect();
-    let mut search = Search { travel, params, chains, kept };
-    for node in 0..search.chains.n_nodes() {
-        for hypothesis in &mut search.kept {
-            let chain = search.chains.chain(hypothesis.chain, hypothesis.is_open);
-            chain.extend(&mut hypothesis.fit.estimate, node);
-        }
-        for bearing in 0..search.chains.bearings(node).len() {
-            search.branch(node, bearing);
-        }
-    }
-    search.kept
-}
-
-struct Search<'a> {
+/// The search under way, from step to step.
+#[derive(Clone, Debug)]
+pub struct Search<'a> {
     travel: &'a Travel,
-    params: &'a SearchParams,
+    params: SearchParams,
     chains: Chains,
-    kept: Vec<Hypothesis>,
+    /// The only association that is looked at, if one is asked about.
+    only: Option<&'a [Option<u32>]>,
+    kept: Vec<Branch>,
+    n_nodes_done: usize,
 }
 
-impl Search<'_> {
+impl<'a> Search<'a> {
+    /// Before the first step.
+    pub fn new(travel: &'a Travel, model: &ErrorModel, params: SearchParams) -> Self {
+        let chains = Chains::new(travel, model);
+        let kept = (0..chains.n_roots()).map(|root| Branch::root(travel, &chains, root)).collect();
+        Self { travel, params, chains, only: None, kept, n_nodes_done: 0 }
+    }
+
+    /// The same for one association alone: what the data say of it.
+    pub fn along(mut self, association: &'a [Option<u32>]) -> Self {
+        self.only = Some(association);
+        self
+    }
+
+    /// Takes all hypotheses to the next step with sightings. False if there is none.
+    pub fn advance(&mut self) -> bool {
+        let node = self.n_nodes_done;
+        if node == self.chains.n_nodes() {
+            return false;
+        }
+        for branch in &mut self.kept {
+            let chain = self.chains.chain(branch.chain, branch.is_open);
+            chain.extend(&mut branch.fit.estimate, node);
+        }
+        for bearing in 0..self.chains.bearings(node).len() {
+            self.branch(node, bearing);
+        }
+        self.n_nodes_done += 1;
+        true
+    }
+
+    /// Share of the steps done, 0 to 1.
+    pub fn share(&self) -> f64 {
+        self.n_nodes_done as f64 / self.chains.n_nodes().max(1) as f64
+    }
+
+    /// What explains the steps so far best, best first.
+    pub fn hypotheses(&self) -> Vec<Hypothesis> {
+        let mut known = HashSet::new();
+        let distinct = self.kept.iter().filter(|branch| known.insert(&branch.association));
+        distinct
+            .map(|branch| Hypothesis {
+                association: branch.association.clone(),
+                log_evidence: branch.log_evidence,
+                poses: branch.fit.estimate.poses.clone(),
+                landmarks: branch.fit.estimate.landmarks.clone(),
+                calibration: branch.fit.estimate.calibration,
+            })
+            .collect()
+    }
     /// Tells the next sighting's landmark, in every way that fits.
     fn branch(&mut self, node: usize, bearing: usize) {
         let mut children = Vec::new();
@@ -124,7 +165,7 @@ impl Search<'_> {
         children.retain(|child| best - self.params.log_odds_max < child.log_evidence);
         children.truncate(self.params.n_kept_max);
         let seen = &self.chains.bearings(node)[bearing];
-        let mut grown: Vec<Hypothesis> =
+        let mut grown: Vec<Branch> =
             children.iter().filter_map(|child| self.grown(child, seen)).collect();
         grown.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
         let best = grown.first().map_or(0.0, |grown| grown.log_evidence);
@@ -137,40 +178,44 @@ impl Search<'_> {
         self.kept = grown;
     }
 
-    /// All that the sighting may be, after one hypothesis.
+    /// All that the sighting may be, after one branch.
     fn bear(&self, parent: usize, (node, bearing): (usize, usize), children: &mut Vec<Child>) {
-        let hypothesis = &self.kept[parent];
-        let chain = self.chains.chain(hypothesis.chain, hypothesis.is_open);
-        let estimate = &hypothesis.fit.estimate;
-        let arrow = chain.linearised(estimate, &hypothesis.association);
+        let branch = &self.kept[parent];
+        let chain = self.chains.chain(branch.chain, branch.is_open);
+        let estimate = &branch.fit.estimate;
+        let arrow = chain.linearised(estimate, &branch.association);
         let Some(covariance) = arrow.last_and_border_covariance() else { return };
         let Some(&pose) = estimate.poses.last() else { return };
         let (here, seen) =
             (&self.chains.bearings(node)[..bearing], &self.chains.bearings(node)[bearing]);
-        let sighting = self.chains.sighting(self.travel, seen);
+        let sighting = LandmarkKind::of(self.chains.sighting(self.travel, seen));
         let here_too = (node, &self.travel.detector);
-        let missed = Missed::new(hypothesis, chain, &covariance, self.params, here_too);
+        let missed = Missed::new(branch, chain, &covariance, &self.params, here_too);
         let on_the_way = if bearing == 0 { missed.known_landmarks() } else { 0.0 };
         let mut add = |landmark, log_prior: f64, log_density: f64| {
+            if self.only.is_some_and(|only| only[seen.sighting] != landmark) {
+                return;
+            }
             let log_prior = log_prior + on_the_way;
             children.push(Child {
                 parent,
                 landmark,
-                log_prior: hypothesis.log_prior + log_prior,
-                log_evidence: hypothesis.log_evidence + log_prior + log_density,
+                log_prior: branch.log_prior + log_prior,
+                log_evidence: branch.log_evidence + log_prior + log_density,
             });
         };
         let log_new = self.params.density_per_m2.ln();
         add(None, self.params.false_share.ln() + log_new, 0.0);
         let new = u32::try_from(estimate.landmarks.len()).ok();
         add(new, log_new + missed.new_landmark(pose * seen.offset_m), 0.0);
-        for (landmark, kind) in (0_u32..).zip(&hypothesis.kinds) {
-            let is_it = |other: &Bearing| hypothesis.association[other.sighting] == Some(landmark);
-            let Some(log_same) = kind.log_same(sighting, self.params) else { continue };
+        let squares_max = self.params.deviations_max.powi(2);
+        for (landmark, kind) in (0_u32..).zip(&branch.kinds) {
+            let is_it = |other: &Bearing| branch.association[other.sighting] == Some(landmark);
+            let Some(log_same) = log_same(*kind, sighting, &self.params) else { continue };
             if here.iter().any(is_it) {
                 continue;
             }
-            let squares = self.params.deviations_max.powi(2);
+            let squares = if self.only.is_some() { f64::INFINITY } else { squares_max };
             if let Some(log_density) = log_density(estimate, landmark, seen, (&covariance, squares))
             {
                 add(Some(landmark), log_same, log_density);
@@ -179,33 +224,33 @@ impl Search<'_> {
     }
 
     /// The child, fitted.
-    fn grown(&self, child: &Child, seen: &Bearing) -> Option<Hypothesis> {
-        let mut hypothesis = self.kept[child.parent].clone();
-        hypothesis.log_prior = child.log_prior;
-        hypothesis.log_evidence = child.log_evidence;
-        hypothesis.association[seen.sighting] = child.landmark;
-        let Some(landmark) = child.landmark else { return Some(hypothesis) };
-        let estimate = &mut hypothesis.fit.estimate;
+    fn grown(&self, child: &Child, seen: &Bearing) -> Option<Branch> {
+        let mut branch = self.kept[child.parent].clone();
+        branch.log_prior = child.log_prior;
+        branch.log_evidence = child.log_evidence;
+        branch.association[seen.sighting] = child.landmark;
+        let Some(landmark) = child.landmark else { return Some(branch) };
+        let estimate = &mut branch.fit.estimate;
         if landmark as usize == estimate.landmarks.len() {
             let pose = *estimate.poses.last()?;
             estimate.landmarks.push(pose * seen.offset_m);
-            hypothesis.kinds.push(Kind::of(self.chains.sighting(self.travel, seen)));
-            return Some(hypothesis);
+            branch.kinds.push(LandmarkKind::of(self.chains.sighting(self.travel, seen)));
+            return Some(branch);
         }
-        let chain = self.chains.chain(hypothesis.chain, false);
-        let fit = chain.fit(estimate.clone(), &hypothesis.association, N_FIT_STEPS)?;
-        hypothesis.is_open = false;
-        hypothesis.chain = self.chains.nearest(&fit.estimate.calibration);
-        hypothesis.log_evidence = fit.log_evidence + hypothesis.log_prior;
-        hypothesis.fit = fit;
-        Some(hypothesis)
+        let chain = self.chains.chain(branch.chain, false);
+        let fit = chain.fit(estimate.clone(), &branch.association, N_FIT_STEPS)?;
+        branch.is_open = false;
+        branch.chain = self.chains.nearest(&fit.estimate.calibration);
+        branch.log_evidence = fit.log_evidence + branch.log_prior;
+        branch.fit = fit;
+        Some(branch)
     }
 }
 
 /// Steps of a fit after each sighting: the last one's result is near already.
 const N_FIT_STEPS: u32 = 4;
 
-impl Hypothesis {
+impl Branch {
     /// Before anything was seen, with the drift of a root.
     fn root(travel: &Travel, chains: &Chains, root: usize) -> Self {
         let calibration = chains.chain(root, true).calibration;
@@ -214,7 +259,7 @@ impl Hypothesis {
             association: vec![None; travel.n_sightings()],
             log_evidence: chains.log_share(root),
             kinds: Vec::new(),
-            fit: Fit { estimate, log_evidence: 0.0, cost: 0.0, n_steps: 0 },
+            fit: Fit { estimate, log_evidence: 0.0, cost: 0.0 },
             log_prior: 0.0,
             chain: root,
             is_open: true,
@@ -222,22 +267,15 @@ impl Hypothesis {
     }
 }
 
-impl Kind {
-    fn of(sighting: &Sighting) -> Self {
-        Self { identity: sighting.identity, landmark_type: sighting.landmark_type }
-    }
-
-    /// Logarithm of the probability that a landmark of this kind looks like that; `None` if it
-    /// cannot be it.
-    fn log_same(&self, sighting: &Sighting, params: &SearchParams) -> Option<f64> {
-        match (self.identity, sighting.identity) {
-            (Some(ours), Some(theirs)) => (ours == theirs).then_some(0.0),
-            (None, None) if self.landmark_type == sighting.landmark_type => {
-                Some((1.0 - params.mistaken_share).ln())
-            }
-            (None, None) => Some(params.mistaken_share.ln()),
-            _ => None,
+/// Logarithm of the probability that a landmark of a kind looks like another; `None` if it cannot
+/// be it.
+fn log_same(known: LandmarkKind, seen: LandmarkKind, params: &SearchParams) -> Option<f64> {
+    match (known, seen) {
+        (LandmarkKind::Identity(_), _) | (_, LandmarkKind::Identity(_)) => {
+            (known == seen).then_some(0.0)
         }
+        _ if known == seen => Some((1.0 - params.mistaken_share).ln()),
+        _ => Some(params.mistaken_share.ln()),
     }
 }
 
