@@ -107,6 +107,8 @@ pub(crate) trait Door {
         version: u64,
         page: Page<'_>,
     ) -> Answer<Rows<v1::Landmark>>;
+    /// The bytes of a PNG.
+    async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>>;
     async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job>;
     /// A rebuild.
     async fn create_job(&self, map: &str) -> Answer<v1::Job> {

@@ -301,6 +301,12 @@ impl Door for GrpcDoor {
         Ok((reply.landmarks, reply.next_page_token))
     }
 
+    async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {
+        let (job, session) = (job.to_owned(), String::new());
+        let request = v1::GetJobPictureRequest { job, picture: picture.into(), session };
+        Ok(self.jobs.clone().get_job_picture(request).await?.into_inner().png)
+    }
+
     async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job> {
         Ok(filled(self.jobs.clone().create_job(request).await?.into_inner().job))
     }

@@ -40,7 +40,8 @@ fn relax_with(map: &str, params: v1::RelaxParams) -> v1::CreateJobRequest {
 /// Makes a map and drives around the block on it. The session stays open.
 async fn driven_around<D: Door>(door: &D, map: &str, drive: &LandmarkLoop) -> v1::Session {
     door.create_map(map, 0.05).await.expect("a new map");
-    let session = opened(door, opening(map, "rover", &[LandmarkLoop::sensor()])).await;
+    let session =
+        opened(door, opening(map, &format!("rover-{map}"), &[LandmarkLoop::sensor()])).await;
     send(door, &session, &drive.batches(50)).await;
     session
 }
@@ -141,11 +142,17 @@ async fn a_loop_is_straightened<D: Door>(door: &D) {
     let off_m = drive.mean_error_m(poses(&after));
     assert!(off_m < ERROR_MAX_M, "{off_m} m");
     landmarks_are_right(door, &drive, &session).await;
+    let [drawn_before, drawn_after] = [v1::JobPicture::Before, v1::JobPicture::After];
+    let drawn_before = door.picture(&job.id, drawn_before).await.expect("a picture");
+    let drawn_after = door.picture(&job.id, drawn_after).await.expect("a picture");
+    assert!(drawn_before.starts_with(b"\x89PNG") && drawn_after.starts_with(b"\x89PNG"), "PNGs");
+    assert!(drawn_before != drawn_after, "it is another way");
     let old = trajectory(door, &session.id, before).await;
     assert_eq!(old.origin, i32::from(v1::TrajectoryOrigin::Odometry), "it stays what it was");
 
     let rebuilt = door.create_job("block").await.expect("a job");
     let rebuilt = job_done(door, &rebuilt.id).await;
+    refused(door.picture(&rebuilt.id, v1::JobPicture::After).await, "PICTURE_NOT_MADE");
     let again = trajectory(door, &session.id, rebuilt.result_version).await;
     assert!(again.poses == after.poses, "drawn by what was found");
     let of = async |version| door.landmarks("block", version, FIRST_PAGE).await.expect("a version");

@@ -316,6 +316,19 @@ impl Door for RestDoor {
         Ok(rows(&body, "landmarks", job_json::landmark))
     }
 
+    async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {
+        let name = match picture {
+            v1::JobPicture::Before => "before",
+            v1::JobPicture::After => "after",
+            v1::JobPicture::Unspecified => "unspecified",
+        };
+        let reply = self.0.get(&format!("/v1/jobs/{job}/pictures/{name}"));
+        if reply.status == 200 {
+            return Ok(reply.body);
+        }
+        answer(&reply, &[200]).map(|body| panic!("{body} is no picture"))
+    }
+
     async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job> {
         let body = job_json::new_job(&request);
         Ok(job_json::job(&self.post("/v1/jobs", &body, &[202])?))

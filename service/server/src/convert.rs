@@ -21,3 +21,4 @@ pub(crate) mod session;
 pub(crate) mod slug;
 pub(crate) mod trajectory;
 pub(crate) mod tum;
+pub(crate) mod way_picture;

@@ -69,6 +69,11 @@ pub enum Error {
     /// No job has that id.
     #[error("no job `{0}`")]
     NoSuchJob(String),
+    /// The job found nothing that could be drawn, or has not found it yet.
+    #[error(
+        "job `{0}` has no such picture: it is no relax job that has succeeded with that session"
+    )]
+    NoPicture(String),
     /// The id is taken.
     #[error("a map `{0}` exists")]
     MapExists(String),
@@ -286,6 +291,7 @@ impl Error {
             Self::NothingToRelax(_) => (Code::WrongState, "NOTHING_TO_RELAX"),
             Self::CannotRelax { .. } => (Code::WrongState, "CANNOT_RELAX"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
+            Self::NoPicture(_) => (Code::NotFound, "PICTURE_NOT_MADE"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),
             Self::RobotExists(_) => (Code::AlreadyExists, "ROBOT_EXISTS"),
             Self::SessionKeyTaken => (Code::AlreadyExists, "SESSION_KEY_TAKEN"),

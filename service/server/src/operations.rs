@@ -4,6 +4,7 @@ pub(crate) mod costs;
 pub(crate) mod graphs;
 pub(crate) mod grids;
 pub(crate) mod imports;
+mod job_pictures;
 pub(crate) mod jobs;
 mod landmarks;
 pub(crate) mod maps;

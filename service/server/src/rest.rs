@@ -14,6 +14,7 @@ mod home;
 mod idempotency;
 mod imports;
 mod integer;
+mod job_pictures;
 mod jobs;
 mod landmarks;
 mod maps;
@@ -118,7 +119,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(versions::publish_map_version))
         .routes(routes!(grids::get_grid).layer(drawing.clone()))
         .routes(routes!(tiles::get_tile).layer(drawing.clone()))
-        .routes(routes!(graphs::get_graph).layer(drawing))
+        .routes(routes!(graphs::get_graph).layer(drawing.clone()))
         .routes(routes!(regions::get_region))
         .routes(routes!(landmarks::list_landmarks))
         .routes(routes!(plans::plan_path))
@@ -145,6 +146,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(jobs::get_job))
         .routes(routes!(jobs::cancel_job))
         .routes(routes!(jobs::watch_job))
+        .routes(routes!(job_pictures::get_job_picture).layer(drawing))
         .routes(routes!(events::watch_events))
         .routes(routes!(health::healthz))
         .routes(routes!(health::readyz))

@@ -94,7 +94,7 @@ fn declared_sensor(field: &str, wire: v1::Sensor) -> Result<DeclaredSensor, Erro
             let v1::LandmarkDetector { range_max_m, half_field_of_view_rad } = wire;
             let field = format!("{field}.landmark_detector");
             angle(&format!("{field}.half_field_of_view_rad"), half_field_of_view_rad)?;
-            ranges(&field, 0.0, range_max_m)?;
+            reach(&field, range_max_m)?;
             Ok(declared(tracking::SensorKind::LandmarkDetector, 0, 0.0, range_max_m))
         }
     }
@@ -137,6 +137,15 @@ fn angle(field: &str, angle_rad: f64) -> Result<(), Error> {
     } else {
         Err(Error::field(field, format!("{angle_rad} rad, must lie in (0, pi]")))
     }
+}
+
+/// What a detector sees to: a button is pressed upon its landmark.
+fn reach(field: &str, range_max_m: f64) -> Result<(), Error> {
+    if (0.0..=RANGE_MAX_M).contains(&range_max_m) {
+        return Ok(());
+    }
+    let problem = format!("{range_max_m} m, must be 0 to {RANGE_MAX_M} m");
+    Err(Error::field(format!("{field}.range_max_m"), problem))
 }
 
 fn ranges(field: &str, range_min_m: f64, range_max_m: f64) -> Result<(), Error> {

@@ -158,7 +158,7 @@ fn warnings(record: &SessionRecord, sensors: &[v1::Sensor], delivery: i32) -> Ve
                 "sonar scans of `{id}` are kept and get a pose; they are not drawn into the map yet"
             )),
             Some(v1::sensor::Kind::LandmarkDetector(_)) => warnings.push(format!(
-                "landmark sightings of `{id}` are kept and get a pose; they do not correct it yet"
+                "landmark sightings of `{id}` are kept and get a pose; a relax job corrects it by them"
             )),
             Some(v1::sensor::Kind::Laser(_)) | None => {}
         }

@@ -42,6 +42,13 @@ impl JobService for Service {
         Ok(self.cancel_job(request.into_inner()).await?.into())
     }
 
+    async fn get_job_picture(
+        &self,
+        request: Request<v1::GetJobPictureRequest>,
+    ) -> Result<Response<v1::GetJobPictureResponse>, Status> {
+        Ok(self.get_job_picture(request.into_inner()).await?.into())
+    }
+
     type WatchJobStream = ReceiverStream<Result<v1::WatchJobResponse, Status>>;
 
     async fn watch_job(

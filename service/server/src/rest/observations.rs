@@ -164,10 +164,12 @@ pub(crate) struct LandmarkSighting {
     /// What kind of landmark it looks like; absent where all look alike.
     #[serde(default)]
     landmark_type: String,
-    /// Direction seen from the sensor, radians counter-clockwise.
+    /// Direction seen from the sensor, radians counter-clockwise. Not needed to relax a session where
+    /// the landmark is within half a metre.
     #[serde(default)]
     bearing_rad: Option<f64>,
-    /// Distance in metres.
+    /// Distance in metres. Not needed to relax a session where the sensor sees no farther than half
+    /// a metre.
     #[serde(default)]
     range_m: Option<f64>,
 }

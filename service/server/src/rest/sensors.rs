@@ -163,7 +163,8 @@ impl From<SonarRing> for v1::SonarRing {
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct LandmarkDetector {
-    /// How far it sees, in metres: no sighting within it is an observation too.
+    /// How far it sees, in metres, up to 1000: no sighting within it is an observation too. 0 for a
+    /// button that is pressed upon landmarks.
     #[schema(example = 4.0)]
     range_max_m: f64,
     /// Half of its field of view, in radians, in (0, pi].
