@@ -38,6 +38,17 @@ pub(crate) struct Solution {
     pub(crate) log_determinant: f64,
 }
 
+/// What is left of the equations over the last pose and the border.
+#[derive(Clone, Debug)]
+pub(crate) struct Rest {
+    pub(crate) precision: DMatrix<f64>,
+    pub(crate) gradient: DVector<f64>,
+    /// Logarithm of the determinant of what was eliminated.
+    pub(crate) log_determinant: f64,
+    /// By how much the best eliminated poses lower the cost.
+    pub(crate) gain: f64,
+}
+
 impl Solution {
     /// The largest step of any number.
     pub(crate) fn largest(&self) -> f64 {
@@ -170,21 +181,48 @@ impl Arrow {
 
     /// Covariance of the last pose (first three) and the border; `None` if the matrix is not
     /// positive definite.
-    pub(crate) fn last_and_border_covariance(mut self) -> Option<DMatrix<f64>> {
+    pub(crate) fn last_and_border_covariance(self) -> Option<DMatrix<f64>> {
+        Some(Cholesky::new(self.rest()?.precision)?.inverse())
+    }
+
+    /// Adds a quadratic form over the first pose and the first numbers of the border.
+    pub(crate) fn add_first(&mut self, precision: &DMatrix<f64>, gradient: &DVector<f64>) {
+        self.diagonal[0] += precision.fixed_view::<3, 3>(0, 0);
+        self.gradient[0] += gradient.fixed_rows::<3>(0);
+        let n_border = gradient.len() - 3;
+        for column in 0..n_border {
+            self.border[0][column] += precision.fixed_view::<3, 1>(0, 3 + column);
+        }
+        let mut corner = self.corner.view_mut((0, 0), (n_border, n_border));
+        corner += precision.view((3, 3), (n_border, n_border));
+        let mut rows = self.border_gradient.rows_mut(0, n_border);
+        rows += gradient.rows(3, n_border);
+    }
+
+    /// What is left when all poses but the last are eliminated; `None` if the matrix is not positive
+    /// definite.
+    pub(crate) fn rest(mut self) -> Option<Rest> {
         let last = self.diagonal.len() - 1;
+        let (mut log_determinant, mut gain) = (0.0, 0.0);
         for pose in 0..last {
-            let inverse = Cholesky::new(self.diagonal[pose])?.inverse();
+            let factor = Cholesky::new(self.diagonal[pose])?;
+            log_determinant += factor.ln_determinant();
+            let inverse = factor.inverse();
+            gain += self.gradient[pose].dot(&(inverse * self.gradient[pose])) / 2.0;
             self.eliminate(pose, &inverse);
         }
         self.mirror_corner();
-        let mut all = DMatrix::zeros(3 + self.n_border, 3 + self.n_border);
-        all.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.diagonal[last]);
+        let n = 3 + self.n_border;
+        let (mut precision, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        precision.fixed_view_mut::<3, 3>(0, 0).copy_from(&self.diagonal[last]);
         for (column, by) in self.border[last].iter().enumerate() {
-            all.fixed_view_mut::<3, 1>(0, 3 + column).copy_from(by);
-            all.fixed_view_mut::<1, 3>(3 + column, 0).copy_from(&by.transpose());
+            precision.fixed_view_mut::<3, 1>(0, 3 + column).copy_from(by);
+            precision.fixed_view_mut::<1, 3>(3 + column, 0).copy_from(&by.transpose());
         }
-        all.view_mut((3, 3), (self.n_border, self.n_border)).copy_from(&self.corner);
-        Some(Cholesky::new(all)?.inverse())
+        precision.view_mut((3, 3), (self.n_border, self.n_border)).copy_from(&self.corner);
+        gradient.fixed_rows_mut::<3>(0).copy_from(&self.gradient[last]);
+        gradient.rows_mut(3, self.n_border).copy_from(&self.border_gradient);
+        Some(Rest { precision, gradient, log_determinant, gain })
     }
 
     /// Takes a pose out, given the inverse of its block. Of the corner only the upper half is kept

@@ -58,11 +58,11 @@ impl ErrorModel {
 
     /// Wheels on a smooth floor, landmarks that a camera measures from a few metres away.
     pub const CAMERA: Self = Self {
-        distance_std_m: 0.02,
-        distance_share_std: 0.02,
-        heading_std_rad: 0.02,
-        way_turn_std_per_m: 0.01,
-        turn_share_std: 0.05,
+        distance_std_m: 0.03,
+        distance_share_std: 0.1,
+        heading_std_rad: 0.05,
+        way_turn_std_per_m: 0.05,
+        turn_share_std: 0.1,
         sighting_std_m: 0.05,
         range_share_std: 0.03,
         bearing_std_rad: 0.03,

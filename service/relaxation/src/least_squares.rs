@@ -14,15 +14,17 @@
 //! the density at the best fit times the volume of what fits about as well.
 
 use std::f64::consts::TAU;
+use std::ops::Range;
 use std::sync::Arc;
 
 use meetpoint_geometry::{Point2, Pose, wrap_angle};
-use nalgebra::{Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
+use nalgebra::{DVector, Matrix2, Matrix2x3, Matrix3, Vector2, Vector3};
 
 use crate::arrow::{Arrow, Solution};
 use crate::calibration::Calibration;
 use crate::chain::difference;
 use crate::error_model::{ErrorModel, Way};
+use crate::past::Past;
 
 /// Precision that holds the first pose where it is.
 const FIRST_POSE_PRECISION: f64 = 1e8;
@@ -92,139 +94,181 @@ pub(crate) struct Fit {
     pub(crate) cost: f64,
 }
 
+/// A stretch of nodes: what came before as a quadratic form, the nodes, and whether the last one's
+/// sightings count.
+pub(crate) type Stretch<'a> = (Option<&'a Past>, Range<usize>, bool);
+
 impl Chain {
-    /// Fits the first `estimate.poses.len()` nodes, from `estimate` on, with at most `n_steps_max`
-    /// steps. `None` if the equations cannot be solved.
+    /// Fits the nodes from the past's to the last that `estimate` has, from there on, with at most
+    /// `n_steps_max` steps. `None` if the equations cannot be solved.
     pub(crate) fn fit(
         &self,
         mut estimate: Estimate,
         association: Association<'_>,
+        past: Option<&Past>,
         n_steps_max: u32,
     ) -> Option<Fit> {
-        let mut cost = self.cost(&estimate, association);
+        let nodes = stretch(past, &estimate.poses);
+        let mut cost = self.cost_of(&estimate, association, nodes.clone());
         let mut damping = 0.0;
         let mut n_steps = 0;
         loop {
-            let mut arrow = self.linearised(&estimate, association);
+            let mut arrow = self.equations(&estimate, association, nodes.clone());
             arrow.damp(damping);
             let solution = arrow.solve()?;
-            let moved = moved(&estimate, &solution);
-            let moved_cost = self.cost(&moved, association);
+            let moved = moved(&estimate, &solution, nodes.1.start);
+            let moved_cost = self.cost_of(&moved, association, nodes.clone());
             n_steps += 1;
             let is_small = solution.largest() < STEP_MIN;
-            if moved_cost <= cost || is_small {
+            let is_downhill = moved_cost <= cost || is_small;
+            if is_downhill {
                 (estimate, cost) = (moved, moved_cost);
                 damping /= 10.0;
-                if is_small || n_steps_max <= n_steps {
-                    let log_evidence =
-                        self.log_evidence(&estimate, association, cost, solution.log_determinant);
-                    return Some(Fit { estimate, log_evidence, cost });
-                }
             } else {
                 damping = (damping * 10.0).max(1.0);
-                if n_steps_max.max(N_UPHILL_MAX) <= n_steps {
-                    let plain = self.linearised(&estimate, association).solve()?;
-                    let log_evidence =
-                        self.log_evidence(&estimate, association, cost, plain.log_determinant);
-                    return Some(Fit { estimate, log_evidence, cost });
-                }
+            }
+            let n_max = if is_downhill { n_steps_max } else { n_steps_max.max(N_UPHILL_MAX) };
+            if is_small || n_max <= n_steps {
+                // The volume is that of the undamped equations.
+                let log_determinant = if damping == 0.0 && is_downhill {
+                    solution.log_determinant
+                } else {
+                    self.equations(&estimate, association, nodes.clone()).solve()?.log_determinant
+                };
+                let n_landmarks = estimate.landmarks.len();
+                let log_evidence =
+                    self.log_evidence(n_landmarks, association, nodes, cost, log_determinant);
+                return Some(Fit { estimate, log_evidence, cost });
             }
         }
     }
 
+    /// The equations of one step from `estimate`, over all nodes that it has.
+    pub(crate) fn linearised(
+        &self,
+        estimate: &Estimate,
+        association: Association<'_>,
+        past: Option<&Past>,
+    ) -> Arrow {
+        self.equations(estimate, association, stretch(past, &estimate.poses))
+    }
+
     /// The equations of one step from `estimate`.
-    pub(crate) fn linearised(&self, estimate: &Estimate, association: Association<'_>) -> Arrow {
-        let n_poses = estimate.poses.len();
+    pub(crate) fn equations(
+        &self,
+        estimate: &Estimate,
+        association: Association<'_>,
+        (past, nodes, with_last): Stretch<'_>,
+    ) -> Arrow {
         let n_border = 3 + 2 * estimate.landmarks.len();
-        let mut arrow = Arrow::new(n_poses, n_border);
-        arrow.add_prior(0, Matrix3::identity() * FIRST_POSE_PRECISION, vector(estimate.poses[0]));
-        for (index, (&precision, &off)) in self
-            .calibration_precision
-            .iter()
-            .zip(&difference(&estimate.calibration, &self.prior))
-            .enumerate()
-        {
-            arrow.add_border_prior(index, precision, off);
+        let mut arrow = Arrow::new(nodes.len(), n_border);
+        match past {
+            Some(past) => past.add_to(&mut arrow, estimate),
+            None => {
+                let precision = Matrix3::identity() * FIRST_POSE_PRECISION;
+                arrow.add_prior(0, precision, vector(estimate.poses[0]));
+                let off = difference(&estimate.calibration, &self.prior);
+                for (index, (&precision, &off)) in
+                    self.calibration_precision.iter().zip(&off).enumerate()
+                {
+                    arrow.add_border_prior(index, precision, off);
+                }
+            }
         }
         for index in 3..n_border {
             arrow.add_border_prior(index, LANDMARK_PRECISION, 0.0);
         }
-        for (index, node) in self.nodes.iter().take(n_poses).enumerate() {
-            let pose = estimate.poses[index];
+        for (index, node_index) in nodes.clone().enumerate() {
+            let (node, pose) = (&self.nodes[node_index], estimate.poses[node_index]);
             if 0 < index {
-                let before = estimate.poses[index - 1];
+                let before = estimate.poses[node_index - 1];
                 let (residual, by_before, by_after) =
                     self.way_residual(node, estimate, before, pose);
                 let derivatives = [&by_before, &by_after, &(-node.way.by_calibration)];
                 arrow.add_way(index - 1, derivatives, &node.way_precision, &residual);
             }
-            for bearing in &node.bearings {
-                if let Some(landmark) = association[bearing.sighting] {
-                    let at = 3 + 2 * landmark as usize;
-                    let point = estimate.landmarks[landmark as usize];
-                    let (residual, by_pose, by_point) = sighting_residual(pose, point, bearing);
-                    arrow.add_sighting(
-                        index,
-                        at,
-                        (&by_pose, &by_point),
-                        &bearing.precision,
-                        &residual,
-                    );
-                }
+            for (bearing, landmark) in
+                counted(node, association, with_last || node_index + 1 < nodes.end)
+            {
+                let point = estimate.landmarks[landmark];
+                let (residual, by_pose, by_point) = sighting_residual(pose, point, bearing);
+                let precision = bearing.precision * self.weight(bearing, &residual);
+                let by = (&by_pose, &by_point);
+                arrow.add_sighting(index, 3 + 2 * landmark, by, &precision, &residual);
             }
         }
         arrow
     }
 
     /// Half of the weighted sum of squares.
-    fn cost(&self, estimate: &Estimate, association: Association<'_>) -> f64 {
+    pub(crate) fn cost_of(
+        &self,
+        estimate: &Estimate,
+        association: Association<'_>,
+        (past, nodes, with_last): Stretch<'_>,
+    ) -> f64 {
         let off = difference(&estimate.calibration, &self.prior);
-        let mut sum = off.component_mul(&self.calibration_precision).dot(&off);
-        for (index, node) in self.nodes.iter().take(estimate.poses.len()).enumerate() {
-            let pose = estimate.poses[index];
+        let of_calibration = off.component_mul(&self.calibration_precision).dot(&off);
+        let mut sum = past.map_or(of_calibration, |past| 2.0 * past.cost(estimate));
+        for (index, node_index) in nodes.clone().enumerate() {
+            let (node, pose) = (&self.nodes[node_index], estimate.poses[node_index]);
             if 0 < index {
-                let before = estimate.poses[index - 1];
+                let before = estimate.poses[node_index - 1];
                 let (residual, ..) = self.way_residual(node, estimate, before, pose);
                 sum += (node.way_precision * residual).dot(&residual);
             }
-            for bearing in &node.bearings {
-                if let Some(landmark) = association[bearing.sighting] {
-                    let point = estimate.landmarks[landmark as usize];
-                    let (residual, ..) = sighting_residual(pose, point, bearing);
-                    let squares = (bearing.precision * residual).dot(&residual);
-                    // Squares up to the bound, then the line that goes on from there.
-                    let weight = self.weight(bearing, &residual);
-                    sum += squares * weight * (2.0 - weight);
-                }
+            for (bearing, landmark) in
+                counted(node, association, with_last || node_index + 1 < nodes.end)
+            {
+                let point = estimate.landmarks[landmark];
+                let (residual, ..) = sighting_residual(pose, point, bearing);
+                let squares = (bearing.precision * residual).dot(&residual);
+                // Squares up to the bound, then the line that goes on from there.
+                let weight = self.weight(bearing, &residual);
+                sum += squares * weight * (2.0 - weight);
             }
         }
         sum / 2.0
     }
 
+    /// Sum of the logarithms of all precisions' determinants, and how many sightings are of a
+    /// landmark.
+    pub(crate) fn log_precision(
+        &self,
+        association: Association<'_>,
+        (past, nodes, with_last): Stretch<'_>,
+    ) -> (f64, u32) {
+        let at_first =
+            self.calibration_precision.map(f64::ln).sum() + 3.0 * FIRST_POSE_PRECISION.ln();
+        let mut sum = past.map_or(at_first, |past| past.log_precision);
+        let mut n_seen = past.map_or(0, |past| past.n_seen);
+        for (index, node_index) in nodes.clone().enumerate() {
+            let node = &self.nodes[node_index];
+            if 0 < index {
+                sum += node.log_way_precision;
+            }
+            for (bearing, _) in counted(node, association, with_last || node_index + 1 < nodes.end)
+            {
+                sum += bearing.log_precision;
+                n_seen += 1;
+            }
+        }
+        (sum, n_seen)
+    }
+
     fn log_evidence(
         &self,
-        estimate: &Estimate,
+        n_landmarks: usize,
         association: Association<'_>,
+        nodes: Stretch<'_>,
         cost: f64,
         log_determinant: f64,
     ) -> f64 {
-        let mut log_precision =
-            self.calibration_precision.map(f64::ln).sum() + 3.0 * FIRST_POSE_PRECISION.ln();
-        let mut n_seen = 0_u32;
-        for (index, node) in self.nodes.iter().take(estimate.poses.len()).enumerate() {
-            if 0 < index {
-                log_precision += node.log_way_precision;
-            }
-            for bearing in &node.bearings {
-                if association[bearing.sighting].is_some() {
-                    log_precision += bearing.log_precision;
-                    n_seen += 1;
-                }
-            }
-        }
+        let eliminated = nodes.0.map_or(0.0, |past| past.log_determinant);
+        let (log_precision, n_seen) = self.log_precision(association, nodes);
         // Every sighting has two numbers with a density, every landmark two to integrate over.
-        let volume = (estimate.landmarks.len() as f64 - f64::from(n_seen)) * TAU.ln();
-        (log_precision - log_determinant) / 2.0 - cost + volume
+        let volume = (n_landmarks as f64 - f64::from(n_seen)) * TAU.ln();
+        (log_precision - eliminated - log_determinant) / 2.0 - cost + volume
     }
 
     /// How much a sighting counts, in (0, 1].
@@ -291,15 +335,11 @@ pub(crate) fn sighting_residual(
     (residual, by_pose, by_point)
 }
 
-fn moved(estimate: &Estimate, solution: &Solution) -> Estimate {
-    let poses = estimate
-        .poses
-        .iter()
-        .zip(&solution.poses)
-        .map(|(pose, step)| {
-            Pose::new(pose.x_m + step.x, pose.y_m + step.y, pose.theta_rad + step.z)
-        })
-        .collect();
+fn moved(estimate: &Estimate, solution: &Solution, first: usize) -> Estimate {
+    let mut poses = estimate.poses.clone();
+    for (pose, step) in poses[first..].iter_mut().zip(&solution.poses) {
+        *pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, pose.theta_rad + step.z);
+    }
     let landmarks = estimate
         .landmarks
         .iter()
@@ -315,6 +355,31 @@ fn moved(estimate: &Estimate, solution: &Solution) -> Estimate {
         turn_per_rad: estimate.calibration.turn_per_rad + solution.border[2],
     };
     Estimate { poses, landmarks, calibration }
+}
+
+/// Calibration and landmarks as one vector.
+pub(crate) fn border_of(estimate: &Estimate) -> DVector<f64> {
+    let Calibration { scale, turn_per_m, turn_per_rad } = estimate.calibration;
+    let landmarks = estimate.landmarks.iter().flat_map(|point| [point.x, point.y]);
+    let n = 3 + 2 * estimate.landmarks.len();
+    DVector::from_iterator(n, [scale, turn_per_m, turn_per_rad].into_iter().chain(landmarks))
+}
+
+/// All nodes that have poses and are not past.
+fn stretch<'a>(past: Option<&'a Past>, poses: &[Pose]) -> Stretch<'a> {
+    (past, past.map_or(0, |past| past.node)..poses.len(), true)
+}
+
+/// A node's sightings of landmarks, if they count.
+fn counted<'a>(
+    node: &'a Node,
+    association: Association<'a>,
+    counts: bool,
+) -> impl Iterator<Item = (&'a Bearing, usize)> {
+    let of_landmark = move |bearing: &'a Bearing| {
+        association[bearing.sighting].map(|landmark| (bearing, landmark as usize))
+    };
+    node.bearings.iter().filter(move |_| counts).filter_map(of_landmark)
 }
 
 fn vector(pose: Pose) -> Vector3<f64> {

@@ -85,7 +85,10 @@ pub(crate) fn outcome(
             let (step, within) = places[group[0]];
             MappedLandmark {
                 position: refined.landmarks[landmark],
-                covariance_m2: refined.covariances_m2[landmark],
+                covariance_m2: refined
+                    .landmark_covariance
+                    .fixed_view::<2, 2>(2 * landmark, 2 * landmark)
+                    .into_owned(),
                 kind: LandmarkKind::of(&travel.steps[step].sightings[within]),
                 certainty: certainty.map(|(weight, _)| weight).sum(),
                 sightings: group.iter().map(|&sighting| places[sighting]).collect(),

@@ -6,7 +6,7 @@
 //! pulls with limited force.
 
 use meetpoint_geometry::{Point2, Pose};
-use nalgebra::Matrix2;
+use nalgebra::DMatrix;
 
 use crate::calibration::Calibration;
 use crate::chain::{difference, is_node};
@@ -30,8 +30,9 @@ pub struct Refined {
     pub poses: Vec<Pose>,
     /// By landmark of the association.
     pub landmarks: Vec<Point2<f64>>,
-    /// How wrong a landmark's place may be seen from the first step, in square metres.
-    pub covariances_m2: Vec<Matrix2<f64>>,
+    /// How wrong the landmarks' places may be seen from the first step, in square metres: two rows
+    /// and columns for each.
+    pub landmark_covariance: DMatrix<f64>,
     /// What undoes the odometry's steady errors.
     pub calibration: Calibration,
     /// Half of the weighted sum of squares.
@@ -52,18 +53,22 @@ pub fn refined(
         let about = estimate.calibration;
         let mut chain = Chain::new(travel, about, model, |_| true);
         chain.deviations_max = DEVIATIONS_MAX;
-        let fit = chain.fit(estimate, association, N_STEPS_MAX)?;
+        let fit = chain.fit(estimate, association, None, N_STEPS_MAX)?;
         let stands = difference(&fit.estimate.calibration, &about).amax() < CALIBRATION_STEP_MIN;
         estimate = fit.estimate;
         if stands || round == N_ROUNDS_MAX {
             let covariance =
-                chain.linearised(&estimate, association).last_and_border_covariance()?;
-            let covariances_m2 = (0..estimate.landmarks.len())
-                .map(|landmark| covariance.fixed_view::<2, 2>(6 + 2 * landmark, 6 + 2 * landmark))
-                .map(Into::into)
-                .collect();
+                chain.linearised(&estimate, association, None).last_and_border_covariance()?;
+            let n = 2 * estimate.landmarks.len();
+            let landmark_covariance = covariance.view((6, 6), (n, n)).into_owned();
             let Estimate { poses, landmarks, calibration } = estimate;
-            return Some(Refined { poses, landmarks, covariances_m2, calibration, cost: fit.cost });
+            return Some(Refined {
+                poses,
+                landmarks,
+                landmark_covariance,
+                calibration,
+                cost: fit.cost,
+            });
         }
     }
     None

@@ -15,6 +15,7 @@ use nalgebra::Matrix2;
 
 use crate::association::nearest_landmarks;
 use crate::chain::is_node;
+use crate::consolidation::consolidated;
 use crate::em::{Em, EmParams, Start};
 use crate::em_state::InvalidState;
 use crate::error_model::ErrorModel;
@@ -25,6 +26,7 @@ use crate::landmarks::PeakParams;
 use crate::motion_model::MotionParams;
 use crate::outcome::{Outcome, outcome};
 use crate::perception::PerceptionParams;
+use crate::refine::poses_at_all_steps;
 use crate::search::{Search, SearchParams};
 use crate::travel::Travel;
 
@@ -132,6 +134,7 @@ impl<'a> Relaxation<'a> {
                 if 1.0 <= share || self.travel.n_sightings() == 0 {
                     self.hypotheses = hypotheses;
                     self.hypotheses.truncate(N_HYPOTHESES_MAX);
+                    self.consolidate();
                     self.work = self.begun(From::Controls).unwrap_or(Work::Refine);
                 }
                 Progress { log_likelihood, ..progress(Stage::Search, 0.5 * share) }
@@ -222,6 +225,16 @@ impl<'a> Relaxation<'a> {
         let em = Box::new(Em::from_bytes(travel, params, bytes)?);
         relaxation.work = Work::Em { from, em };
         Ok(relaxation)
+    }
+
+    /// Takes landmarks of the best hypothesis that are one together.
+    fn consolidate(&mut self) {
+        let Some(best) = self.hypotheses.first() else { return };
+        let poses = poses_at_all_steps(self.travel, &best.poses, &best.calibration);
+        let start = (best.association.clone(), poses, best.calibration);
+        let RelaxationParams { model, search, .. } = &self.params;
+        let found = consolidated(self.travel, model, start, search.density_per_m2);
+        self.judge(found.map(|(association, _)| association));
     }
 
     /// EM before its first iteration; `None` if the parameters ask for none, or there is nothing to

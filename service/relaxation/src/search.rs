@@ -15,6 +15,7 @@
 
 use std::collections::HashSet;
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use nalgebra::{DMatrix, Matrix2};
 
@@ -24,6 +25,7 @@ use crate::hypothesis::Hypothesis;
 use crate::landmark::LandmarkKind;
 use crate::least_squares::{Bearing, Estimate, Fit, sighting_residual};
 use crate::missed::Missed;
+use crate::past::Past;
 use crate::travel::Travel;
 
 /// How far the search goes.
@@ -31,6 +33,9 @@ use crate::travel::Travel;
 pub struct SearchParams {
     /// Hypotheses kept from one sighting to the next.
     pub n_kept_max: usize,
+    /// The last so many steps with sightings, and up to twice as many, are fitted with every new
+    /// one; what is older moves no more.
+    pub n_fitted: usize,
     /// Hypotheses whose log-evidence is this far below the best are dropped.
     pub log_odds_max: f64,
     /// A landmark further from where it should be than this many standard deviations is not it.
@@ -49,6 +54,7 @@ impl SearchParams {
     /// Landmarks marked by a person with a button, in corridors.
     pub const BUTTON: Self = Self {
         n_kept_max: 200,
+        n_fitted: 100,
         log_odds_max: 20.0,
         deviations_max: 5.0,
         density_per_m2: 0.003,
@@ -59,8 +65,9 @@ impl SearchParams {
 
     /// Landmarks seen by a camera, several at a time, in a room.
     pub const CAMERA: Self = Self {
-        n_kept_max: 20,
-        log_odds_max: 15.0,
+        n_kept_max: 10,
+        n_fitted: 20,
+        log_odds_max: 10.0,
         deviations_max: 4.0,
         density_per_m2: 0.05,
         false_share: 1e-2,
@@ -76,6 +83,8 @@ pub(crate) struct Branch {
     log_evidence: f64,
     kinds: Vec<LandmarkKind>,
     pub(crate) fit: Fit,
+    /// What is not fitted any more.
+    past: Option<Arc<Past>>,
     /// Of landmarks new, false, mistaken and missed.
     log_prior: f64,
     /// Which of the chains the next fit uses.
@@ -132,6 +141,9 @@ impl<'a> Search<'a> {
             self.branch(node, bearing);
         }
         self.n_nodes_done += 1;
+        for branch in &mut self.kept {
+            branch.forget(&self.chains, self.params.n_fitted);
+        }
         true
     }
 
@@ -183,7 +195,7 @@ impl<'a> Search<'a> {
         let branch = &self.kept[parent];
         let chain = self.chains.chain(branch.chain, branch.is_open);
         let estimate = &branch.fit.estimate;
-        let arrow = chain.linearised(estimate, &branch.association);
+        let arrow = chain.linearised(estimate, &branch.association, branch.past.as_deref());
         let Some(covariance) = arrow.last_and_border_covariance() else { return };
         let Some(&pose) = estimate.poses.last() else { return };
         let (here, seen) =
@@ -206,8 +218,12 @@ impl<'a> Search<'a> {
         };
         let log_new = self.params.density_per_m2.ln();
         add(None, self.params.false_share.ln() + log_new, 0.0);
-        let new = u32::try_from(estimate.landmarks.len()).ok();
-        add(new, log_new + missed.new_landmark(pose * seen.offset_m), 0.0);
+        let is_known =
+            matches!(sighting, LandmarkKind::Identity(_)) && branch.kinds.contains(&sighting);
+        let new = u32::try_from(estimate.landmarks.len()).ok().filter(|_| !is_known);
+        if new.is_some() {
+            add(new, log_new + missed.new_landmark(pose * seen.offset_m), 0.0);
+        }
         let squares_max = self.params.deviations_max.powi(2);
         for (landmark, kind) in (0_u32..).zip(&branch.kinds) {
             let is_it = |other: &Bearing| branch.association[other.sighting] == Some(landmark);
@@ -215,7 +231,7 @@ impl<'a> Search<'a> {
             if here.iter().any(is_it) {
                 continue;
             }
-            let squares = if self.only.is_some() { f64::INFINITY } else { squares_max };
+            let squares = if is_known || self.only.is_some() { f64::INFINITY } else { squares_max };
             if let Some(log_density) = log_density(estimate, landmark, seen, (&covariance, squares))
             {
                 add(Some(landmark), log_same, log_density);
@@ -238,7 +254,8 @@ impl<'a> Search<'a> {
             return Some(branch);
         }
         let chain = self.chains.chain(branch.chain, false);
-        let fit = chain.fit(estimate.clone(), &branch.association, N_FIT_STEPS)?;
+        let past = branch.past.as_deref();
+        let fit = chain.fit(estimate.clone(), &branch.association, past, N_FIT_STEPS)?;
         branch.is_open = false;
         branch.chain = self.chains.nearest(&fit.estimate.calibration);
         branch.log_evidence = fit.log_evidence + branch.log_prior;
@@ -251,6 +268,21 @@ impl<'a> Search<'a> {
 const N_FIT_STEPS: u32 = 4;
 
 impl Branch {
+    /// Makes the older half of the steps past, once there are twice `n_fitted`.
+    fn forget(&mut self, chains: &Chains, n_fitted: usize) {
+        let estimate = &self.fit.estimate;
+        let first = self.past.as_ref().map_or(0, |past| past.node);
+        if estimate.poses.len() < first + 2 * n_fitted {
+            return;
+        }
+        let chain = chains.chain(self.chain, self.is_open);
+        let until = (self.past.as_deref(), first + n_fitted);
+        // Equations that cannot be solved are fitted on as they are.
+        if let Some(past) = Past::until(chain, estimate, &self.association, until) {
+            self.past = Some(Arc::new(past));
+        }
+    }
+
     /// Before anything was seen, with the drift of a root.
     fn root(travel: &Travel, chains: &Chains, root: usize) -> Self {
         let calibration = chains.chain(root, true).calibration;
@@ -260,6 +292,7 @@ impl Branch {
             log_evidence: chains.log_share(root),
             kinds: Vec::new(),
             fit: Fit { estimate, log_evidence: 0.0, cost: 0.0 },
+            past: None,
             log_prior: 0.0,
             chain: root,
             is_open: true,
