@@ -102,6 +102,13 @@ impl SimulatedDrive {
         batches
     }
 
+    /// The same of the scans alone, where other observations have poses too.
+    pub(crate) fn mean_errors_m_of_scans(&self, trajectory: &v1::Trajectory) -> (f64, f64) {
+        let mut scans = trajectory.clone();
+        scans.poses.retain(|pose| pose.sensor_id == LASER);
+        self.mean_errors_m(&scans)
+    }
+
     /// The mean distance of a trajectory from the truth, in metres, and of odometry alone.
     /// The session began at the map's origin, or in a frame of its own.
     pub(crate) fn mean_errors_m(&self, trajectory: &v1::Trajectory) -> (f64, f64) {

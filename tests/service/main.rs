@@ -24,6 +24,7 @@ mod crash;
 mod graphs;
 mod growing;
 mod imports;
+mod interrupted_jobs;
 mod maps;
 mod mrclam;
 mod operation;

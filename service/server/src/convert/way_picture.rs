@@ -20,6 +20,8 @@ const LANDMARK: Colour = [200, 30, 40];
 const N_PIXELS_MAX: f64 = 1200.0;
 /// Pixels a metre, at most.
 const PIXELS_PER_M_MAX: f64 = 40.0;
+/// What lies farther from the sheet's corner is drawn there, in pixels.
+const N_PIXELS_FAR: f64 = 1e6;
 /// Around all that is drawn, in pixels.
 const MARGIN: f64 = 30.0;
 /// Between the lines beneath, in metres.
@@ -133,10 +135,10 @@ impl Sheet {
         }
     }
 
-    #[expect(clippy::cast_possible_truncation, reason = "saturates, and is looked up with care")]
+    #[expect(clippy::cast_possible_truncation, reason = "a million at most; NaN is 0")]
     fn pixel(&self, at: Point2<f64>) -> [i64; 2] {
         let offset = (at - self.corner) * self.pixels_per_m;
-        [offset.x.floor() as i64, (-offset.y).floor() as i64]
+        [offset.x, -offset.y].map(|at| at.floor().clamp(-N_PIXELS_FAR, N_PIXELS_FAR) as i64)
     }
 
     fn line(&mut self, from: Point2<f64>, to: Point2<f64>, paint: Colour, half_width: i64) {

@@ -12,7 +12,10 @@ mod saved;
 mod solver;
 mod stations;
 
+use std::time::{Duration, Instant};
+
 use meetpoint_proto::v1;
+use meetpoint_relaxation::Outcome;
 use meetpoint_storage::{
     JobRecord, JobReport, MapId, MapRecord, NewLogLine, NewRelaxation, SessionFilter, SessionId,
     SessionRecord,
@@ -23,18 +26,20 @@ use v1::job_log_line::Figures as LineFigures;
 use super::Done;
 use super::drawing::drawn_again;
 use super::running::{Running, Stopped};
-use super::workbench::Workbench;
+use super::workbench::{Next, Workbench};
 use crate::convert::job::{self, RELAX};
 use crate::convert::{relaxation, session};
 use crate::{clock, error::Error, service::Service};
 use course::{Course, CourseReader};
 use finding::finding;
 use saved::{Planned, Saved, UnderWay};
-use solver::{Found, Progress, Solver, SolverParams};
+use solver::{Milestone, Piece, relaxed};
 use stations::{Stations, stations};
 
 /// Share of the progress that relaxing is; the rest is drawing.
 const SHARE_RELAXED: f64 = 0.8;
+/// How often the job says how far it is between milestones.
+const REPORT_EVERY: Duration = Duration::from_secs(1);
 /// Batches of a session read at a time: at most 16 MiB.
 const N_BATCHES_READ: u32 = 16;
 /// Sessions of a map read at a time.
@@ -164,63 +169,63 @@ impl Relaxing<'_> {
         Ok(is_enough.then_some((course, stations)))
     }
 
-    /// Iterates to the end, and keeps every iteration.
+    /// Relaxes to the end, and keeps every milestone.
     async fn relax(
         &self,
         record: &SessionRecord,
         stations: &Stations,
         under_way: Option<UnderWay>,
         saved: &mut Saved,
-    ) -> Result<Found, Stopped> {
-        let params =
-            SolverParams { estimate_odometry: self.params.estimate_odometry.unwrap_or(true) };
+    ) -> Result<Outcome, Stopped> {
+        let estimates_odometry = self.params.estimate_odometry.unwrap_or(true);
+        let (mut n_milestones, state) =
+            under_way.map_or((0, None), |saved| (saved.n_milestones, Some(saved.state)));
         let travel = stations.travel.clone();
-        let begun = self.bench.slice(move || match under_way {
-            Some(UnderWay { iteration, is_done, state }) => {
-                let solver = Solver::from_bytes(travel, params, &state);
-                solver.map(|solver| (solver, iteration, is_done))
+        let mut pieces = self.bench.pieces(move |teller| {
+            relaxed(&travel, estimates_odometry, state.as_deref(), |piece| teller.tell(piece))
+        })?;
+        let mut reported = Instant::now();
+        loop {
+            let Piece { share: of_next, milestone } = match pieces.next().await? {
+                Next::Piece(piece) => piece,
+                Next::Done(Ok(Some(outcome))) => return Ok(outcome),
+                Next::Done(Ok(None)) => return Err(Stopped::Left),
+                Next::Done(Err(problem)) => {
+                    let session = record.id.0.to_string();
+                    return Err(Error::CannotRelax { session, problem }.into());
+                }
+            };
+            let progress = share(saved, of_next);
+            if let Some(Milestone { stage, log_likelihood, state }) = milestone {
+                n_milestones += 1;
+                saved.under_way = Some(UnderWay { n_milestones, state });
+                let figures = v1::RelaxFigures {
+                    session: record.id.0.to_string(),
+                    iteration: n_milestones,
+                    stage: stage.to_owned(),
+                    log_likelihood,
+                };
+                self.tell(progress, figures, saved).await?;
+            } else if REPORT_EVERY <= reported.elapsed() {
+                self.running.progress(progress, None).await?;
+            } else {
+                continue;
             }
-            None => Some((Solver::new(travel, params), 0, false)),
-        });
-        let unreadable = || Error::internal("the state of a relaxation cannot be read");
-        let (mut solver, mut iteration, mut is_done) = begun.await?.ok_or_else(unreadable)?;
-        let cannot = |problem| Error::CannotRelax { session: record.id.0.to_string(), problem };
-        while !is_done {
-            let advanced = self.bench.slice(move || {
-                let progress = solver.advance();
-                let state = solver.to_bytes();
-                (solver, progress, state)
-            });
-            let (advanced, progress, state) = advanced.await?;
-            let progress = progress.map_err(cannot)?;
-            (solver, is_done) = (advanced, progress.is_done);
-            iteration += 1;
-            saved.under_way = Some(UnderWay { iteration, is_done, state });
-            self.tell(record, iteration, &progress, saved).await?;
+            reported = Instant::now();
         }
-        let found = self.bench.slice(move || solver.found()).await?;
-        Ok(found.map_err(cannot)?)
     }
 
-    /// Keeps an iteration and tells its figures.
+    /// Keeps a milestone and tells its figures.
     async fn tell(
         &self,
-        record: &SessionRecord,
-        iteration: u32,
-        progress: &Progress,
+        progress: f64,
+        figures: v1::RelaxFigures,
         saved: &Saved,
     ) -> Result<(), Stopped> {
         let checkpoint = saved.to_bytes();
-        let figures = v1::RelaxFigures {
-            session: record.id.0.to_string(),
-            iteration,
-            stage: progress.stage.to_owned(),
-            log_likelihood: progress.log_likelihood,
-        };
         let text = text(&figures);
         let figures = job::figures_to_bytes(LineFigures::Relax(figures));
         let log_line = Some(NewLogLine { text: &text, figures: Some(&figures) });
-        let progress = share(saved, progress.share);
         let report = JobReport { progress, checkpoint: Some(&checkpoint), log_line };
         self.running.report(report).await
     }

@@ -1,5 +1,6 @@
 //! Where a job computes: a thread of its own, which makes room for robots and queries.
 
+use std::ops::ControlFlow;
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
@@ -45,16 +46,42 @@ impl Workbench {
         &self,
         work: impl FnOnce() -> T + Send + 'static,
     ) -> Result<T, Error> {
-        let (done, result) = oneshot::channel();
         let slice = move || {
             let begun = Instant::now();
             let result = work();
+            (result, begun.elapsed())
+        };
+        let (result, spent) = self.begin(slice)?.await.map_err(|_| panicked())?;
+        self.rest(rest(spent, self.cpu_share)).await;
+        Ok(result)
+    }
+
+    /// Begins work that tells of each of its pieces, and waits after each until it is to go on.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the thread has ended.
+    pub(super) fn pieces<T: Send + 'static, R: Send + 'static>(
+        &self,
+        work: impl FnOnce(&mut Teller<T>) -> R + Send + 'static,
+    ) -> Result<Pieces<'_, T, R>, Error> {
+        let (tell, told) = tokio::sync::mpsc::channel(1);
+        let (go, go_on) = mpsc::channel();
+        let result =
+            self.begin(move || work(&mut Teller { tell, go_on, begun: Instant::now() }))?;
+        Ok(Pieces { bench: self, told, go, result, spent: None })
+    }
+
+    /// Hands work to the thread.
+    fn begin<T: Send + 'static>(
+        &self,
+        work: impl FnOnce() -> T + Send + 'static,
+    ) -> Result<oneshot::Receiver<T>, Error> {
+        let (done, result) = oneshot::channel();
+        let slice = move || {
             // Whoever gave the job up does not need it.
-            let _ = done.send((result, begun.elapsed()));
+            let _ = done.send(work());
         };
         self.slices.send(Box::new(slice)).map_err(|_| Error::internal("a job's thread ended"))?;
-        let (result, spent) = result.await.map_err(|_| Error::internal("a job's work panicked"))?;
-        self.rest(rest(spent, self.cpu_share)).await;
         Ok(result)
     }
 
@@ -63,6 +90,68 @@ impl Workbench {
         let begun = Instant::now();
         while self.activity.is_busy() && begun.elapsed() < rest {
             tokio::time::sleep(LOOK.min(rest.saturating_sub(begun.elapsed()))).await;
+        }
+    }
+}
+
+fn panicked() -> Error {
+    Error::internal("a job's work panicked")
+}
+
+/// By which work in pieces tells of them.
+pub(super) struct Teller<T> {
+    tell: tokio::sync::mpsc::Sender<(T, Duration)>,
+    go_on: mpsc::Receiver<()>,
+    begun: Instant,
+}
+
+impl<T> Teller<T> {
+    /// Tells of a piece that is done, and waits. Breaks if nobody wants more.
+    pub(super) fn tell(&mut self, piece: T) -> ControlFlow<()> {
+        let told = self.tell.blocking_send((piece, self.begun.elapsed()));
+        if told.is_err() || self.go_on.recv().is_err() {
+            return ControlFlow::Break(());
+        }
+        self.begun = Instant::now();
+        ControlFlow::Continue(())
+    }
+}
+
+/// Work in pieces, under way. It ends when this is dropped.
+pub(super) struct Pieces<'a, T, R> {
+    bench: &'a Workbench,
+    told: tokio::sync::mpsc::Receiver<(T, Duration)>,
+    go: mpsc::Sender<()>,
+    result: oneshot::Receiver<R>,
+    /// What the piece that was told of last took: there is a rest after it.
+    spent: Option<Duration>,
+}
+
+/// What comes next of work in pieces.
+pub(super) enum Next<T, R> {
+    /// A piece is done.
+    Piece(T),
+    /// All is done.
+    Done(R),
+}
+
+impl<T, R> Pieces<'_, T, R> {
+    /// Rests after the piece before, lets the work go on, and waits for what comes next.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if the work panicked.
+    pub(super) async fn next(&mut self) -> Result<Next<T, R>, Error> {
+        if let Some(spent) = self.spent.take() {
+            self.bench.rest(rest(spent, self.bench.cpu_share)).await;
+            // Work that has ended meanwhile tells so below.
+            let _ = self.go.send(());
+        }
+        match self.told.recv().await {
+            Some((piece, spent)) => {
+                self.spent = Some(spent);
+                Ok(Next::Piece(piece))
+            }
+            None => Ok(Next::Done((&mut self.result).await.map_err(|_| panicked())?)),
         }
     }
 }

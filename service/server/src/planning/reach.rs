@@ -15,22 +15,30 @@ type End = Result<Located, Nowhere>;
 pub(crate) fn matrix(field: &Field, starts: &[End], goals: &[End]) -> (Vec<Vec<f64>>, bool) {
     let side_m = field.ground.side_m();
     let in_metres = |cost| if cost < UNREACHABLE { metres(cost, side_m) } else { -1.0 };
-    let nothing = vec![-1.0; goals.len()];
+    let mut rows = vec![vec![-1.0; goals.len()]; starts.len()];
     let plans = field.plans();
-    let rows = field.with_searches(|searches| {
-        let mut row = |start: &End| {
-            let Ok(start) = start else { return nothing.clone() };
-            if plans.is_none() {
-                searches.grid.flood(&field.space, &field.tolls, start.cell, UNREACHABLE);
+    field.with_searches(|searches| match plans {
+        // What is left from every region to a goal is found once a goal.
+        Some(plans) => {
+            for (column, goal) in goals.iter().enumerate() {
+                let Ok(goal) = goal else { continue };
+                let mut towards = plans.towards(goal.cell);
+                for (row, start) in rows.iter_mut().zip(starts) {
+                    let Ok(start) = start else { continue };
+                    row[column] = in_metres(towards.cost(start.cell, &mut searches.tables));
+                }
             }
-            let mut cost = |goal: &End| match (goal, plans) {
-                (Err(_), _) => UNREACHABLE,
-                (Ok(goal), Some(plans)) => plans.cost(start.cell, goal.cell, &mut searches.tables),
-                (Ok(goal), None) => searches.grid.cost(goal.cell),
-            };
-            goals.iter().map(|goal| in_metres(cost(goal))).collect()
-        };
-        starts.iter().map(&mut row).collect()
+        }
+        None => {
+            for (row, start) in rows.iter_mut().zip(starts) {
+                let Ok(start) = start else { continue };
+                searches.grid.flood(&field.space, &field.tolls, start.cell, UNREACHABLE);
+                for (length_m, goal) in row.iter_mut().zip(goals) {
+                    let Ok(goal) = goal else { continue };
+                    *length_m = in_metres(searches.grid.cost(goal.cell));
+                }
+            }
+        }
     });
     (rows, plans.is_some())
 }

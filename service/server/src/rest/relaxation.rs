@@ -4,7 +4,8 @@ use meetpoint_proto::v1;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// How a relax job is to be done.
+/// How a relax job is to be done. It goes by odometry and sightings of landmarks; laser scans are drawn
+/// by what was found, and do not help to find it.
 #[derive(Debug, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct RelaxParams {

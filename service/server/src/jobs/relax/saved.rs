@@ -30,19 +30,17 @@ pub(super) struct Saved {
     pub(super) found: Vec<RelaxedSession>,
     /// What there is to tell of them.
     pub(super) told: Vec<v1::RelaxedSession>,
-    /// The relaxation of the next session, as it left its last iteration.
+    /// The relaxation of the next session, as it left its last milestone.
     pub(super) under_way: Option<UnderWay>,
     /// Whether what was found is in the journal.
     pub(super) is_decided: bool,
 }
 
-/// A relaxation between two iterations.
+/// A relaxation at a milestone.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct UnderWay {
-    /// Iterations done.
-    pub(super) iteration: u32,
-    /// Whether there are no more to do.
-    pub(super) is_done: bool,
+    /// Iterations and other milestones reached.
+    pub(super) n_milestones: u32,
     pub(super) state: Vec<u8>,
 }
 
@@ -75,11 +73,9 @@ struct WrittenPlan {
 #[derive(Clone, PartialEq, Message)]
 struct WrittenState {
     #[prost(uint32, tag = "1")]
-    iteration: u32,
+    n_milestones: u32,
     #[prost(bytes = "vec", tag = "2")]
     state: Vec<u8>,
-    #[prost(bool, tag = "3")]
-    is_done: bool,
 }
 
 impl Saved {
@@ -94,8 +90,7 @@ impl Saved {
             through: planned.through,
         };
         let state = |under_way: &UnderWay| WrittenState {
-            iteration: under_way.iteration,
-            is_done: under_way.is_done,
+            n_milestones: under_way.n_milestones,
             state: under_way.state.clone(),
         };
         Written {
@@ -122,8 +117,7 @@ impl Saved {
             let session = Uuid::from_slice(&session).map_err(Error::internal)?;
             Ok(Planned { session: SessionId(session), through })
         };
-        let state =
-            |WrittenState { iteration, state, is_done }| UnderWay { iteration, is_done, state };
+        let state = |WrittenState { n_milestones, state }| UnderWay { n_milestones, state };
         Ok(Self {
             sessions: sessions.into_iter().map(plan).collect::<Result<_, Error>>()?,
             n_done: usize::try_from(n_done).map_err(Error::internal)?,
@@ -145,7 +139,7 @@ mod tests {
         let saved = Saved {
             n_done: 1,
             told: vec![v1::RelaxedSession { landmarks: 4, ..v1::RelaxedSession::default() }],
-            under_way: Some(UnderWay { iteration: 5, is_done: true, state: vec![1, 2, 3] }),
+            under_way: Some(UnderWay { n_milestones: 5, state: vec![1, 2, 3] }),
             is_decided: true,
             ..Saved::first(sessions)
         };
