@@ -44,10 +44,10 @@ impl ErrorModel {
     /// button: a drift of a degree a metre is not unheard of, two degrees are.
     pub const BUTTON: Self = Self {
         distance_std_m: 0.02,
-        distance_share_std: 0.04,
+        distance_share_std: 0.05,
         heading_std_rad: 0.01,
-        way_turn_std_per_m: 0.004,
-        turn_share_std: 0.03,
+        way_turn_std_per_m: 0.005,
+        turn_share_std: 0.06,
         sighting_std_m: 0.25,
         range_share_std: 0.1,
         bearing_std_rad: 0.1,
