@@ -242,7 +242,8 @@ async fn finish(
     };
     let done = sqlx::query(
         "update jobs set state = $1, result_version = $2, error_code = $3, error_message = $4,
-             update_time_ns = $5, owner = null, result = $8, checkpoint = null,
+             update_time_ns = $5, owner = null, result = $8,
+             checkpoint = case when $1 = 3 then checkpoint else null end,
              progress = case when $1 = 3 then 1.0 else progress end
          where id = $6 and fence = $7 and state = 2",
     )

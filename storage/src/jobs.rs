@@ -71,7 +71,7 @@ pub struct JobRecord {
     pub start_time_ns: Option<i64>,
     /// Whether somebody asked it to stop.
     pub cancel_requested: bool,
-    /// Where to go on after a crash, opaque.
+    /// Where to go on after a crash, opaque; of a job that has succeeded, where it was at last.
     pub checkpoint: Option<Vec<u8>>,
 }
 
@@ -155,7 +155,7 @@ impl Store {
         find(&mut connection, id).await
     }
 
-    /// At most `limit` jobs with their logs, newest first, those created before `before`. None if
+    /// At most `limit` jobs with their logs and without their checkpoints, newest first, those created before `before`. None if
     /// there is no job `before`.
     ///
     /// # Errors
@@ -167,7 +167,10 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<JobRecord>, Error> {
         let rows: Vec<Row> = sqlx::query_as(
-            "select * from jobs
+            "select id, map_id, kind, params, priority, state, progress, result_version, result,
+                 error_code, error_message, create_time_ns, update_time_ns, start_time_ns,
+                 cancel_requested, null as checkpoint, fence
+             from jobs
              where ($1 is null or map_id = $1)
                  and ($2 is null or position < (select position from jobs where id = $2))
              order by position desc limit $3",

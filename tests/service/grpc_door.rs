@@ -303,7 +303,7 @@ impl Door for GrpcDoor {
 
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {
         let (job, session) = (job.to_owned(), String::new());
-        let request = v1::GetJobPictureRequest { job, picture: picture.into(), session };
+        let request = v1::GetJobPictureRequest { job, picture: picture.into(), session, step: 1 };
         Ok(self.jobs.clone().get_job_picture(request).await?.into_inner().png)
     }
 

@@ -138,6 +138,10 @@ async fn a_loop_is_straightened<D: Door>(door: &D) {
     let drawn_after = door.picture(&job.id, drawn_after).await.expect("a picture");
     assert!(drawn_before.starts_with(b"\x89PNG") && drawn_after.starts_with(b"\x89PNG"), "PNGs");
     assert!(drawn_before != drawn_after, "it is another way");
+    for table in [v1::JobPicture::Alpha, v1::JobPicture::Beta, v1::JobPicture::Posterior] {
+        let table = door.picture(&job.id, table).await.expect("a table");
+        assert!(table.starts_with(b"\x89PNG"), "a PNG");
+    }
     let old = trajectory(door, &session.id, before).await;
     assert_eq!(old.origin, i32::from(v1::TrajectoryOrigin::Odometry), "it stays what it was");
 

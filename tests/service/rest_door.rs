@@ -320,9 +320,12 @@ impl Door for RestDoor {
         let name = match picture {
             v1::JobPicture::Before => "before",
             v1::JobPicture::After => "after",
+            v1::JobPicture::Alpha => "alpha",
+            v1::JobPicture::Beta => "beta",
+            v1::JobPicture::Posterior => "posterior",
             v1::JobPicture::Unspecified => "unspecified",
         };
-        let reply = self.0.get(&format!("/v1/jobs/{job}/pictures/{name}"));
+        let reply = self.0.get(&format!("/v1/jobs/{job}/pictures/{name}?step=1"));
         if reply.status == 200 {
             return Ok(reply.body);
         }

@@ -19,6 +19,7 @@ pub(crate) mod relaxation;
 pub(crate) mod sensor;
 pub(crate) mod session;
 pub(crate) mod slug;
+pub(crate) mod table_picture;
 pub(crate) mod trajectory;
 pub(crate) mod tum;
 pub(crate) mod way_picture;

@@ -3,7 +3,7 @@
 
 mod drawing;
 mod rebuild;
-mod relax;
+pub(crate) mod relax;
 mod running;
 mod workbench;
 

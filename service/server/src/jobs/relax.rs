@@ -11,6 +11,7 @@ mod finding;
 mod saved;
 mod solver;
 mod stations;
+pub(crate) mod tables;
 
 use std::time::{Duration, Instant};
 
@@ -32,7 +33,7 @@ use crate::convert::{relaxation, session};
 use crate::{clock, error::Error, service::Service};
 use course::{Course, CourseReader};
 use finding::finding;
-use saved::{Planned, Saved, UnderWay};
+use saved::{Kept, Planned, Saved, UnderWay};
 use solver::{Milestone, Piece, relaxed};
 use stations::{Stations, stations};
 
@@ -120,7 +121,7 @@ impl Relaxing<'_> {
     async fn relax_next(&self, saved: &mut Saved) -> Result<(), Stopped> {
         let planned = saved.sessions[saved.n_done];
         let record = self.service.session_record(&planned.session.0.to_string()).await?;
-        let under_way = saved.under_way.take();
+        let under_way = saved.under_way.clone();
         if let Some((course, stations)) = self.way(&record, planned.through).await? {
             let found = self.relax(&record, &stations, under_way, saved).await?;
             let job = self.job.id;
@@ -196,9 +197,12 @@ impl Relaxing<'_> {
                 }
             };
             let progress = share(saved, of_next);
-            if let Some(Milestone { stage, log_likelihood, state }) = milestone {
+            if let Some(Milestone { stage, log_likelihood, has_tables, state }) = milestone {
                 n_milestones += 1;
-                saved.under_way = Some(UnderWay { n_milestones, state });
+                let before = saved.under_way.replace(UnderWay { n_milestones, has_tables, state });
+                if let Some(before) = before.filter(|before| before.has_tables && !has_tables) {
+                    saved.tables.push(Kept { session: record.id, state: before.state });
+                }
                 let figures = v1::RelaxFigures {
                     session: record.id.0.to_string(),
                     iteration: n_milestones,

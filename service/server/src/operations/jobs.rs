@@ -99,7 +99,7 @@ impl Service {
         Ok(())
     }
 
-    async fn job_record(&self, id: &str) -> Result<JobRecord, Error> {
+    pub(super) async fn job_record(&self, id: &str) -> Result<JobRecord, Error> {
         let record = self.store.job(job::id(id)?).await?;
         record.ok_or_else(|| Error::NoSuchJob(shortened(id)))
     }

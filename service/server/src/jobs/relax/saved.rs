@@ -32,8 +32,17 @@ pub(super) struct Saved {
     pub(super) told: Vec<v1::RelaxedSession>,
     /// The relaxation of the next session, as it left its last milestone.
     pub(super) under_way: Option<UnderWay>,
+    /// Of sessions that expectation maximisation ran on, its last state before the end.
+    pub(super) tables: Vec<Kept>,
     /// Whether what was found is in the journal.
     pub(super) is_decided: bool,
+}
+
+/// A state that is kept to be looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Kept {
+    pub(super) session: SessionId,
+    pub(super) state: Vec<u8>,
 }
 
 /// A relaxation at a milestone.
@@ -41,6 +50,8 @@ pub(super) struct Saved {
 pub(super) struct UnderWay {
     /// Iterations and other milestones reached.
     pub(super) n_milestones: u32,
+    /// Whether tables of expectation maximisation can be made from it.
+    pub(super) has_tables: bool,
     pub(super) state: Vec<u8>,
 }
 
@@ -60,6 +71,16 @@ struct Written {
     under_way: Option<WrittenState>,
     #[prost(bool, tag = "7")]
     is_decided: bool,
+    #[prost(message, repeated, tag = "8")]
+    tables: Vec<WrittenTables>,
+}
+
+#[derive(Clone, PartialEq, Message)]
+struct WrittenTables {
+    #[prost(bytes = "vec", tag = "1")]
+    session: Vec<u8>,
+    #[prost(bytes = "vec", tag = "2")]
+    state: Vec<u8>,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -76,6 +97,8 @@ struct WrittenState {
     n_milestones: u32,
     #[prost(bytes = "vec", tag = "2")]
     state: Vec<u8>,
+    #[prost(bool, tag = "3")]
+    has_tables: bool,
 }
 
 impl Saved {
@@ -91,7 +114,12 @@ impl Saved {
         };
         let state = |under_way: &UnderWay| WrittenState {
             n_milestones: under_way.n_milestones,
+            has_tables: under_way.has_tables,
             state: under_way.state.clone(),
+        };
+        let kept = |kept: &Kept| WrittenTables {
+            session: kept.session.0.as_bytes().to_vec(),
+            state: kept.state.clone(),
         };
         Written {
             format: FORMAT,
@@ -101,6 +129,7 @@ impl Saved {
             told: self.told.clone(),
             under_way: self.under_way.as_ref().map(state),
             is_decided: self.is_decided,
+            tables: self.tables.iter().map(kept).collect(),
         }
         .encode_to_vec()
     }
@@ -109,7 +138,8 @@ impl Saved {
     /// [`Error::Internal`] if the bytes are of another format or no checkpoint.
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let written = Written::decode(bytes).map_err(Error::internal)?;
-        let Written { format, sessions, n_done, found, told, under_way, is_decided } = written;
+        let Written { format, sessions, n_done, found, told, under_way, is_decided, tables } =
+            written;
         if format != FORMAT {
             return Err(Error::internal(format!("a job's checkpoint of format {format}")));
         }
@@ -117,13 +147,22 @@ impl Saved {
             let session = Uuid::from_slice(&session).map_err(Error::internal)?;
             Ok(Planned { session: SessionId(session), through })
         };
-        let state = |WrittenState { n_milestones, state }| UnderWay { n_milestones, state };
+        let state = |WrittenState { n_milestones, state, has_tables }| UnderWay {
+            n_milestones,
+            has_tables,
+            state,
+        };
+        let kept = |WrittenTables { session, state }: WrittenTables| {
+            let session = Uuid::from_slice(&session).map_err(Error::internal)?;
+            Ok(Kept { session: SessionId(session), state })
+        };
         Ok(Self {
             sessions: sessions.into_iter().map(plan).collect::<Result<_, Error>>()?,
             n_done: usize::try_from(n_done).map_err(Error::internal)?,
             found: relaxation::from_bytes(&found)?,
             told,
             under_way: under_way.map(state),
+            tables: tables.into_iter().map(kept).collect::<Result<_, Error>>()?,
             is_decided,
         })
     }
@@ -139,7 +178,8 @@ mod tests {
         let saved = Saved {
             n_done: 1,
             told: vec![v1::RelaxedSession { landmarks: 4, ..v1::RelaxedSession::default() }],
-            under_way: Some(UnderWay { n_milestones: 5, state: vec![1, 2, 3] }),
+            under_way: Some(UnderWay { n_milestones: 5, has_tables: true, state: vec![1, 2, 3] }),
+            tables: vec![Kept { session: sessions[0].session, state: vec![4] }],
             is_decided: true,
             ..Saved::first(sessions)
         };

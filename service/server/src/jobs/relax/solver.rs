@@ -23,6 +23,8 @@ pub(super) struct Milestone {
     /// What was done, for people.
     pub(super) stage: &'static str,
     pub(super) log_likelihood: Option<f64>,
+    /// Whether expectation maximisation goes on from here, so that its tables can be made.
+    pub(super) has_tables: bool,
     /// All that the rest of the work needs.
     pub(super) state: Vec<u8>,
 }
@@ -53,8 +55,8 @@ pub(super) fn relaxed(
         }
         let milestone = milestone(stage, share);
         let milestone = milestone.map(|stage| {
-            let state = relaxation.to_bytes();
-            Milestone { stage, log_likelihood, state }
+            let (has_tables, state) = (relaxation.em().is_some(), relaxation.to_bytes());
+            Milestone { stage, log_likelihood, has_tables, state }
         });
         if tell(Piece { share, milestone }).is_break() {
             return Ok(None);
@@ -62,7 +64,8 @@ pub(super) fn relaxed(
     }
 }
 
-fn params(travel: &Travel, estimates_odometry: bool) -> RelaxationParams {
+/// How a travel is relaxed.
+pub(super) fn params(travel: &Travel, estimates_odometry: bool) -> RelaxationParams {
     let mut params = RelaxationParams::of(travel);
     if !estimates_odometry {
         params.model.scale_std = BELIEVED_STD;

@@ -1,0 +1,86 @@
+//! What expectation maximisation knew at the end of where the robot was at a step: made again from
+//! the last iteration that the job kept.
+
+use meetpoint_proto::v1;
+use meetpoint_relaxation::{Belief, PoseGrid};
+use meetpoint_storage::{JobRecord, SessionId};
+use prost::Message;
+
+use super::N_BATCHES_READ;
+use super::course::CourseReader;
+use super::saved::Saved;
+use super::solver;
+use super::stations::stations;
+use crate::convert::table_picture::Table;
+use crate::convert::{job, session};
+use crate::{error::Error, service::Service};
+
+/// Which table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Which {
+    /// From what came before the step, and what was seen at it.
+    Alpha,
+    /// From what came after it.
+    Beta,
+    /// From all.
+    Posterior,
+}
+
+/// A table of a session that a job relaxed, at a step from 0 on; `None` if the job kept none, or the
+/// step is beyond the last.
+pub(crate) async fn table(
+    service: &Service,
+    record: &JobRecord,
+    id: SessionId,
+    (which, step): (Which, usize),
+) -> Result<Option<Table>, Error> {
+    let Some(checkpoint) = &record.checkpoint else { return Ok(None) };
+    let saved = Saved::from_bytes(checkpoint)?;
+    let planned = saved.sessions.iter().find(|planned| planned.session == id);
+    let kept = saved.tables.into_iter().find(|kept| kept.session == id);
+    let (Some(planned), Some(kept)) = (planned, kept) else { return Ok(None) };
+    let session = service.session_record(&id.0.to_string()).await?;
+    let mut reader = CourseReader::new(&session::declaration(&session.declaration)?.sensors)?;
+    let mut from_number = 1;
+    loop {
+        let mut batches = service.store.session_batches(id, from_number, N_BATCHES_READ).await?;
+        batches.retain(|batch| batch.number <= planned.through);
+        let Some(last) = batches.last() else { break };
+        from_number = last.number + 1;
+        let read = tokio::task::spawn_blocking(move || {
+            for batch in batches {
+                let wire = v1::Batch::decode(batch.payload.as_slice()).map_err(Error::internal)?;
+                reader.read(wire, &batch.rejected);
+            }
+            Ok::<_, Error>(reader)
+        });
+        reader = read.await.map_err(Error::internal)??;
+    }
+    let Some(course) = reader.finish() else { return Ok(None) };
+    let v1::RelaxParams { forget_identities, estimate_odometry, .. } =
+        job::relax_params(&record.params)?;
+    let drawn = tokio::task::spawn_blocking(move || {
+        let travel = stations(&course, forget_identities).travel;
+        if travel.steps.len() <= step {
+            return None;
+        }
+        let params = solver::params(&travel, estimate_odometry.unwrap_or(true));
+        let state = meetpoint_relaxation::Relaxation::from_bytes(&travel, params, &kept.state);
+        let state = state.ok()?;
+        let em = state.em()?;
+        let belief = match which {
+            Which::Alpha => em.alphas().into_iter().nth(step)?,
+            Which::Beta => em.beta(step),
+            Which::Posterior => em.posterior().beliefs.into_iter().nth(step)?,
+        };
+        Some(over_places(&belief, em.grid()))
+    });
+    drawn.await.map_err(Error::internal)
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "columns of a grid")]
+fn over_places(belief: &Belief, grid: &PoseGrid) -> Table {
+    let area = grid.area();
+    let width = ((area.max.x - area.min.x) / grid.resolution_m()).round() as usize + 1;
+    Table { width, values: belief.over_positions(grid) }
+}
