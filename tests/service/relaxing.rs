@@ -284,7 +284,8 @@ async fn online_robots_are_corrected_and_go_on() {
     assert!(off_m < 2.0 * ERROR_MAX_M, "{off_m} m from where it drove: {end:?}");
 }
 
-/// Scans recorded along the way are drawn from the corrected poses.
+/// Scans recorded along the way are drawn from the corrected poses, if the session is named: by
+/// itself nothing touches what scans have placed.
 #[tokio::test(flavor = "multi_thread")]
 async fn the_grid_is_drawn_again() {
     let data = empty_folder();
@@ -297,7 +298,13 @@ async fn the_grid_is_drawn_again() {
     send(&door, &session, &drive.batches_with_beacons(20)).await;
     let session = finished(&door, &session).await;
     let before = door.version("hall", session.complete_in_version).await.expect("it is there");
-    let job = door.start_job(relax("hall")).await.expect("a job").id;
+    let unnamed = door.start_job(relax("hall")).await.expect("a job").id;
+    let unnamed = job_done(&door, &unnamed).await;
+    let code = unnamed.error.as_ref().map(|error| error.code.as_str());
+    assert_eq!(code, Some("NOTHING_TO_RELAX"), "{unnamed:?}");
+    let sessions = vec![session.id.clone()];
+    let named = relax_with("hall", v1::RelaxParams { sessions, ..v1::RelaxParams::default() });
+    let job = door.start_job(named).await.expect("a job").id;
     let job = job_done(&door, &job).await;
     assert_eq!(job.state, i32::from(v1::JobState::Succeeded), "{job:?}");
     let after = door.version("hall", job.result_version).await.expect("it is there");

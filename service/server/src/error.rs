@@ -56,7 +56,10 @@ pub enum Error {
     #[error("session `{0}` has no place in the map yet: its start was unknown")]
     SessionNotPlaced(String),
     /// No session of the map has sightings that a relaxation could use.
-    #[error("no session of map `{0}` with a place in it saw landmarks at least twice")]
+    #[error(
+        "no session of map `{0}` with a place in it saw landmarks at least twice; those with a laser \
+         are relaxed only if they are named"
+    )]
     NothingToRelax(String),
     /// What a session saw and drove cannot be relaxed.
     #[error("session `{session}` cannot be relaxed: {problem}")]

@@ -23,6 +23,7 @@ use meetpoint_storage::{
 };
 use prost::Message;
 use v1::job_log_line::Figures as LineFigures;
+use v1::sensor::Kind;
 
 use super::Done;
 use super::drawing::drawn_again;
@@ -108,8 +109,15 @@ impl Relaxing<'_> {
             let Some(last) = page.last() else { return Ok(planned) };
             after = Some(last.id);
             for record in page {
-                let is_asked = asked.is_empty() || asked.contains(&record.id);
-                if is_asked && record.map_from_session.is_some() && detects_landmarks(&record)? {
+                // Scans place a session better than odometry does: nobody's good map gets worse
+                // unasked.
+                let is_meant = if asked.is_empty() {
+                    !has(&record, |kind| matches!(kind, Kind::Laser(_)))?
+                } else {
+                    asked.contains(&record.id)
+                };
+                let detects = has(&record, |kind| matches!(kind, Kind::LandmarkDetector(_)))?;
+                if is_meant && detects && record.map_from_session.is_some() {
                     let (session, through) = (record.id, record.acked_through);
                     planned.push(Planned { session, through });
                 }
@@ -252,12 +260,10 @@ impl Relaxing<'_> {
     }
 }
 
-/// Whether a session declared a detector of landmarks.
-fn detects_landmarks(record: &SessionRecord) -> Result<bool, Error> {
+/// Whether a session has declared a sensor of that kind.
+fn has(record: &SessionRecord, is_meant: impl Fn(&Kind) -> bool) -> Result<bool, Error> {
     let sensors = session::declaration(&record.declaration)?.sensors;
-    let is_detector =
-        |sensor: &v1::Sensor| matches!(sensor.kind, Some(v1::sensor::Kind::LandmarkDetector(_)));
-    Ok(sensors.iter().any(is_detector))
+    Ok(sensors.iter().any(|sensor| sensor.kind.as_ref().is_some_and(&is_meant)))
 }
 
 /// The share of the whole job, when so much of the next session is relaxed.

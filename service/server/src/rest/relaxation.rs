@@ -9,7 +9,8 @@ use utoipa::ToSchema;
 #[derive(Debug, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct RelaxParams {
-    /// Only these sessions; empty for all of the map that have a place in it and saw landmarks.
+    /// Only these sessions. Empty for all of the map that have a place in it, saw landmarks and have
+    /// no laser: scans place a session better than odometry does, so those are to be named.
     sessions: Vec<String>,
     /// Takes landmarks of one type for all alike, whatever sightings call them.
     forget_identities: bool,
