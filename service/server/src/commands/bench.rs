@@ -6,6 +6,7 @@ mod ingest;
 mod percentile;
 mod queries;
 mod relations;
+mod relaxation;
 mod robots;
 
 /// Options of `meetpoint bench`.
@@ -23,6 +24,8 @@ enum What {
     Ingest(ingest::IngestArgs),
     /// How long answers about ways take, and how many there are a second: over gRPC and over REST
     Queries(queries::QueriesArgs),
+    /// What relaxation makes of data whose truth is known, and what it costs
+    Relaxation(relaxation::RelaxationArgs),
 }
 
 /// Measures and prints a table.
@@ -34,5 +37,6 @@ pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
         What::Accuracy(args) => accuracy::run(args).await,
         What::Ingest(args) => ingest::run(args).await,
         What::Queries(args) => queries::run(args).await,
+        What::Relaxation(args) => relaxation::run(args).await,
     }
 }

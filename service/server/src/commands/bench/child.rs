@@ -38,11 +38,16 @@ impl ChildService {
 
     /// Most memory that it held so far, in megabytes, where the system tells.
     pub(super) fn peak_memory_mb(&self) -> Option<f64> {
-        let status = std::fs::read_to_string(format!("/proc/{}/status", self.process.id())).ok()?;
-        let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-        let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
-        Some(kilobytes / 1000.0)
+        peak_memory_mb(self.process.id())
     }
+}
+
+/// Most memory that a process held so far, in megabytes, where the system tells.
+pub(super) fn peak_memory_mb(process: u32) -> Option<f64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
+    let kilobytes: f64 = line.split_whitespace().nth(1)?.parse().ok()?;
+    Some(kilobytes / 1000.0)
 }
 
 impl Drop for ChildService {

@@ -36,9 +36,9 @@ pub(super) struct IngestArgs {
 }
 
 /// What robots saw together.
-struct Measured {
+pub(super) struct Measured {
     /// From when a batch was due to its durable ack, ascending.
-    latencies: Vec<Duration>,
+    pub(super) latencies: Vec<Duration>,
     n_scans: u64,
     acked_in: Duration,
     mapped_in: Duration,
@@ -81,7 +81,9 @@ pub(super) async fn run(args: IngestArgs) -> anyhow::Result<()> {
     Ok(())
 }
 
-async fn measure(
+/// Robots send to a new map at a pace, until so many seconds are over and all is mapped; as fast as
+/// they can with a period of zero.
+pub(super) async fn measure(
     client: &Client,
     map: &str,
     n_robots: usize,
