@@ -174,7 +174,7 @@ fn log_same_place(fit: &Refined, first: usize, second: usize) -> f64 {
 }
 
 /// Numbers landmarks in the order in which they are first seen.
-fn renumber(association: &mut [Option<u32>]) {
+pub(crate) fn renumber(association: &mut [Option<u32>]) {
     let n = association.iter().flatten().max().map_or(0, |last| *last as usize + 1);
     let mut numbers = vec![None; n];
     let mut n_seen = 0;

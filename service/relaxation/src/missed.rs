@@ -1,10 +1,11 @@
-//! Landmarks that a robot should have seen on its way and did not: the no-landmark observations of
-//! TBF98 section 6, for landmarks that are seen from where they are.
+//! Landmarks that a robot should have seen and did not: the no-landmark observations of TBF98
+//! section 6, on the way for landmarks that are seen from where they are, at every step for those
+//! that a camera has in view.
 
 use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{DMatrix, Matrix2x3};
 
-use crate::least_squares::Chain;
+use crate::least_squares::{Chain, Estimate};
 use crate::search::{Branch, SearchParams};
 use crate::travel::Detector;
 
@@ -15,6 +16,14 @@ const REACHED_M: f64 = 0.5;
 const SAME_PLACE_M: f64 = 2.0;
 /// Of paths between steps, in metres: robots do not drive on lines.
 const PATH_STD_M: f64 = 0.4;
+/// Share of a detector's range within which it may be relied upon.
+const SURE_SHARE: f64 = 0.5;
+/// Share of its field of view, likewise.
+const SIDE_SHARE: f64 = 0.8;
+/// Over this way what hides a landmark hides it on, in metres.
+const SAME_VIEW_M: f64 = 0.05;
+/// Of places in view, in metres: what stands in the way hides some of them.
+const PLACE_STD_M: f64 = 0.2;
 
 /// What a hypothesis says of the ways driven.
 pub(crate) struct Missed<'a> {
@@ -23,7 +32,7 @@ pub(crate) struct Missed<'a> {
     covariance: &'a DMatrix<f64>,
     params: &'a SearchParams,
     node: usize,
-    counts: bool,
+    detector: &'a Detector,
 }
 
 impl<'a> Missed<'a> {
@@ -33,17 +42,24 @@ impl<'a> Missed<'a> {
         chain: &'a Chain,
         covariance: &'a DMatrix<f64>,
         params: &'a SearchParams,
-        (node, detector): (usize, &Detector),
+        (node, detector): (usize, &'a Detector),
     ) -> Self {
-        // Who sees far sees landmarks long before it reaches them, or not at all behind a corner.
-        let counts = detector.range_max_m <= 2.0 * REACHED_M;
-        Self { branch, chain, covariance, params, node, counts }
+        Self { branch, chain, covariance, params, node, detector }
     }
 
-    /// Logarithm of the probability that known landmarks on the way to this node were not reported.
+    /// Who sees far sees landmarks long before it reaches them.
+    fn is_far(&self) -> bool {
+        2.0 * REACHED_M < self.detector.range_max_m
+    }
+
+    /// Logarithm of the probability that known landmarks on the way to this node, or in view at the
+    /// node before, were not reported.
     pub(crate) fn known_landmarks(&self) -> f64 {
-        if self.node == 0 || !self.counts {
+        if self.node == 0 {
             return 0.0;
+        }
+        if self.is_far() {
+            return self.known_in_view();
         }
         let estimate = &self.branch.fit.estimate;
         let path = self.path(self.node);
@@ -59,11 +75,74 @@ impl<'a> Missed<'a> {
         sum
     }
 
+    /// The same for what was in view at the node before: how well that is known is told by the
+    /// covariance of the pose after it.
+    fn known_in_view(&self) -> f64 {
+        let Estimate { poses, landmarks, .. } = &self.branch.fit.estimate;
+        let before = self.node - 1;
+        let seen = &self.chain.nodes[before].bearings;
+        let is_seen = |landmark| {
+            seen.iter().any(|seen| self.branch.association[seen.sighting] == Some(landmark))
+        };
+        let mut sum = 0.0;
+        for (landmark, (number, point)) in (0_u32..).zip(landmarks).enumerate() {
+            if is_seen(number) || !self.may_see(poses[before], *point) {
+                continue;
+            }
+            let std_m = self.relative_std_m(landmark, poses[self.node]);
+            sum += self.log_unseen(poses[before], *point, std_m);
+        }
+        sum * self.news(before)
+    }
+
+    /// The same for a new landmark at `place`, at all nodes before.
+    fn new_in_view(&self, place: Point2<f64>) -> f64 {
+        let Estimate { poses, landmarks, .. } = &self.branch.fit.estimate;
+        let mut stds_m = vec![None; landmarks.len()];
+        let mut sum = 0.0;
+        for (node, pose) in poses[..self.node].iter().enumerate() {
+            let seen = &self.chain.nodes[node].bearings;
+            let anchor = seen.iter().find_map(|seen| self.branch.association[seen.sighting]);
+            let Some(anchor) = anchor.map(|anchor| anchor as usize) else { continue };
+            if self.may_see(*pose, place) {
+                let std_m = *stds_m[anchor]
+                    .get_or_insert_with(|| self.relative_std_m(anchor, poses[self.node]));
+                sum += self.log_unseen(*pose, place, std_m) * self.news(node);
+            }
+        }
+        sum
+    }
+
+    /// How much a view tells that the one before did not, 0 to 1.
+    fn news(&self, node: usize) -> f64 {
+        let path = &self.chain.nodes[node].path;
+        let length_m: f64 = path.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
+        (length_m / SAME_VIEW_M).min(1.0)
+    }
+
+    /// Whether a landmark there can be in view at all.
+    fn may_see(&self, pose: Pose, point: Point2<f64>) -> bool {
+        let reach_m = self.detector.range_max_m * SURE_SHARE + 1.0;
+        (point - pose.position()).norm_squared() < reach_m * reach_m
+    }
+
+    /// Logarithm of the probability that a landmark is not seen from `pose`.
+    fn log_unseen(&self, pose: Pose, point: Point2<f64>, std_m: f64) -> f64 {
+        let place = pose.inverse() * point;
+        let distance_m = place.coords.norm();
+        let std_m = std_m.hypot(PLACE_STD_M);
+        let off_rad = place.y.atan2(place.x).abs();
+        let half_rad = self.detector.half_field_of_view_rad * SIDE_SHARE;
+        let within = below((half_rad - off_rad) * distance_m / std_m)
+            * below((self.detector.range_max_m * SURE_SHARE - distance_m) / std_m);
+        (1.0 - (1.0 - self.params.missed_share) * within).ln()
+    }
+
     /// Logarithm of the probability that a landmark at `place`, never seen before this node, was not
-    /// reported on the earlier ways.
+    /// reported on the earlier ways, or in view at the earlier nodes.
     pub(crate) fn new_landmark(&self, place: Point2<f64>) -> f64 {
-        if !self.counts {
-            return 0.0;
+        if self.is_far() {
+            return self.new_in_view(place);
         }
         let estimate = &self.branch.fit.estimate;
         let mut sum = 0.0;

@@ -33,8 +33,11 @@ use crate::travel::Travel;
 /// Tunables of [`Relaxation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RelaxationParams {
-    /// How wrong odometry and sightings may be.
+    /// How wrong odometry and sightings may be from one step to the next, where it is asked which
+    /// landmark was seen.
     pub model: ErrorModel,
+    /// How wrong they may be over all of the travel, for the last fit.
+    pub refinement_model: ErrorModel,
     /// How associations are searched.
     pub search: SearchParams,
     /// Whether EM runs on a grid of poses after the search.
@@ -55,12 +58,16 @@ impl RelaxationParams {
     /// What fits the travel's detector.
     pub fn of(travel: &Travel) -> Self {
         let is_button = travel.detector.range_max_m <= BUTTON_RANGE_MAX_M;
-        let (model, search) = if is_button {
-            (ErrorModel::BUTTON, SearchParams::BUTTON)
+        let mut sightings = travel.steps.iter().flat_map(|step| &step.sightings);
+        let (model, refinement_model, search) = if is_button {
+            (ErrorModel::BUTTON, ErrorModel::BUTTON, SearchParams::BUTTON)
+        } else if sightings.any(|sighting| sighting.identity.is_some()) {
+            (ErrorModel::CAMERA, ErrorModel::CAMERA, SearchParams::CAMERA)
         } else {
-            (ErrorModel::CAMERA, SearchParams::CAMERA)
+            (ErrorModel::CAMERA_STEPS, ErrorModel::CAMERA, SearchParams::CAMERA)
         };
-        Self { model, search, runs_em: is_button, n_threads: NonZero::<usize>::MIN }
+        let n_threads = NonZero::<usize>::MIN;
+        Self { model, refinement_model, search, runs_em: is_button, n_threads }
     }
 }
 
@@ -158,7 +165,7 @@ impl<'a> Relaxation<'a> {
                 Progress { iteration, log_likelihood, ..progress(stage, share) }
             }
             Work::Refine => {
-                let found = outcome(self.travel, &self.params.model, &self.hypotheses);
+                let found = outcome(self.travel, &self.params.refinement_model, &self.hypotheses);
                 self.work = Work::Done(found.map(Box::new));
                 Progress { is_done: true, ..progress(Stage::Refinement, 1.0) }
             }

@@ -20,6 +20,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, Matrix2};
 
 use crate::chain::Chains;
+use crate::consolidation::renumber;
 use crate::error_model::ErrorModel;
 use crate::hypothesis::Hypothesis;
 use crate::landmark::LandmarkKind;
@@ -33,6 +34,9 @@ use crate::travel::Travel;
 pub struct SearchParams {
     /// Hypotheses kept from one sighting to the next.
     pub n_kept_max: usize,
+    /// Hypotheses that agree on the last so many sightings, on the number of landmarks and about on
+    /// where the robot is are taken for one: the better stays.
+    pub n_compared: usize,
     /// The last so many steps with sightings, and up to twice as many, are fitted with every new
     /// one; what is older moves no more.
     pub n_fitted: usize,
@@ -44,7 +48,7 @@ pub struct SearchParams {
     pub density_per_m2: f64,
     /// Share of the sightings that are of no landmark at all.
     pub false_share: f64,
-    /// Share of landmarks driven over that are not reported.
+    /// Share of landmarks driven over, or in view of a step, that are not reported.
     pub missed_share: f64,
     /// Share of sightings whose type is mistaken.
     pub mistaken_share: f64,
@@ -54,6 +58,7 @@ impl SearchParams {
     /// Landmarks marked by a person with a button, in corridors.
     pub const BUTTON: Self = Self {
         n_kept_max: 200,
+        n_compared: usize::MAX,
         n_fitted: 100,
         log_odds_max: 20.0,
         deviations_max: 5.0,
@@ -65,13 +70,14 @@ impl SearchParams {
 
     /// Landmarks seen by a camera, several at a time, in a room.
     pub const CAMERA: Self = Self {
-        n_kept_max: 10,
+        n_kept_max: 20,
+        n_compared: 12,
         n_fitted: 20,
         log_odds_max: 10.0,
         deviations_max: 4.0,
         density_per_m2: 0.05,
         false_share: 1e-2,
-        missed_share: 0.5,
+        missed_share: 0.85,
         mistaken_share: 0.02,
     };
 }
@@ -175,6 +181,7 @@ impl<'a> Search<'a> {
         children.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
         let Some(best) = children.first().map(|child| child.log_evidence) else { return };
         children.retain(|child| best - self.params.log_odds_max < child.log_evidence);
+        self.merge(&mut children, self.chains.bearings(node)[bearing].sighting);
         children.truncate(self.params.n_kept_max);
         let seen = &self.chains.bearings(node)[bearing];
         let mut grown: Vec<Branch> =
@@ -188,6 +195,28 @@ impl<'a> Search<'a> {
                 && known.insert((grown.association.clone(), root))
         });
         self.kept = grown;
+    }
+
+    /// Of children, the best first, that will fare alike, the best stays.
+    fn merge(&self, children: &mut Vec<Child>, sighting: usize) {
+        let Some(first) = sighting.checked_sub(self.params.n_compared) else { return };
+        let mut known = HashSet::new();
+        children.retain(|child| {
+            let branch = &self.kept[child.parent];
+            let Estimate { poses, landmarks, .. } = &branch.fit.estimate;
+            let Some(pose) = poses.last() else { return true };
+            let recent = branch.association[first..sighting].iter().copied();
+            let mut recent: Vec<Option<u32>> = recent.chain([child.landmark]).collect();
+            let is_new = child.landmark.is_some_and(|it| it as usize == landmarks.len());
+            renumber(&mut recent);
+            let place = [
+                cell(pose.x_m / SAME_POSITION_M),
+                cell(pose.y_m / SAME_POSITION_M),
+                cell(pose.theta_rad / SAME_HEADING_RAD),
+            ];
+            let root = branch.is_open.then_some(branch.chain);
+            known.insert((recent, landmarks.len() + usize::from(is_new), place, root))
+        });
     }
 
     /// All that the sighting may be, after one branch.
@@ -222,7 +251,10 @@ impl<'a> Search<'a> {
             matches!(sighting, LandmarkKind::Identity(_)) && branch.kinds.contains(&sighting);
         let new = u32::try_from(estimate.landmarks.len()).ok().filter(|_| !is_known);
         if new.is_some() {
-            add(new, log_new + missed.new_landmark(pose * seen.offset_m), 0.0);
+            let is_told = matches!(sighting, LandmarkKind::Identity(_));
+            let place = pose * seen.offset_m;
+            let log_unseen = if is_told { 0.0 } else { missed.new_landmark(place) };
+            add(new, log_new + log_unseen, 0.0);
         }
         let squares_max = self.params.deviations_max.powi(2);
         for (landmark, kind) in (0_u32..).zip(&branch.kinds) {
@@ -263,6 +295,17 @@ impl<'a> Search<'a> {
         Some(branch)
     }
 }
+
+/// The whole number next to a finite one, as bits that can be compared.
+fn cell(number: f64) -> u64 {
+    // Adding zero makes -0 into 0.
+    (number.round() + 0.0).to_bits()
+}
+
+/// Robots this far apart are about where the other is, in metres.
+const SAME_POSITION_M: f64 = 0.5;
+/// The same of their headings, in radians.
+const SAME_HEADING_RAD: f64 = 0.3;
 
 /// Steps of a fit after each sighting: the last one's result is near already.
 const N_FIT_STEPS: u32 = 4;
