@@ -142,8 +142,11 @@ fn reassigned(
             for (landmark, point) in (0_u32..).zip(&fit.landmarks) {
                 let (off, ..) = sighting_residual(*pose, *point, &bearing);
                 let squares = off.dot(&(bearing.precision * off));
-                let is_kind = kinds[landmark as usize] == LandmarkKind::of(sighting);
-                if is_kind && squares < DEVIATIONS_MAX.powi(2) {
+                let kind = LandmarkKind::of(sighting);
+                // What says who it is, is it, however badly it fits.
+                let is_certain = matches!(kind, LandmarkKind::Identity(_));
+                let is_kind = kinds[landmark as usize] == kind;
+                if is_kind && (is_certain || squares < DEVIATIONS_MAX.powi(2)) {
                     pairs.push((squares, index, landmark));
                 }
             }
