@@ -68,9 +68,11 @@ pub(super) fn relaxed(
 pub(super) fn params(travel: &Travel, estimates_odometry: bool) -> RelaxationParams {
     let mut params = RelaxationParams::of(travel);
     if !estimates_odometry {
-        params.model.scale_std = BELIEVED_STD;
-        params.model.turn_per_m_std = BELIEVED_STD;
-        params.model.turn_per_rad_std = BELIEVED_STD;
+        for model in [&mut params.model, &mut params.refinement_model] {
+            model.scale_std = BELIEVED_STD;
+            model.turn_per_m_std = BELIEVED_STD;
+            model.turn_per_rad_std = BELIEVED_STD;
+        }
     }
     params
 }
