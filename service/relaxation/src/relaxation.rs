@@ -136,10 +136,9 @@ impl<'a> Relaxation<'a> {
             Work::Search(search) => {
                 search.advance();
                 let share = search.share();
-                let hypotheses = search.hypotheses();
-                let log_likelihood = hypotheses.first().map(|best| best.log_evidence);
+                let log_likelihood = search.log_evidence();
                 if 1.0 <= share || self.travel.n_sightings() == 0 {
-                    self.hypotheses = hypotheses;
+                    self.hypotheses = search.hypotheses();
                     self.hypotheses.truncate(N_HYPOTHESES_MAX);
                     self.consolidate();
                     self.work = self.begun(From::Controls).unwrap_or(Work::Refine);

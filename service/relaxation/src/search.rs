@@ -40,6 +40,9 @@ pub struct SearchParams {
     /// The last so many steps with sightings, and up to twice as many, are fitted with every new
     /// one; what is older moves no more.
     pub n_fitted: usize,
+    /// Landmarks of a hypothesis: covariances take memory with its square. What is seen beyond counts
+    /// as false.
+    pub n_landmarks_max: u32,
     /// Hypotheses whose log-evidence is this far below the best are dropped.
     pub log_odds_max: f64,
     /// A landmark further from where it should be than this many standard deviations is not it.
@@ -61,6 +64,7 @@ impl SearchParams {
         n_compared: usize::MAX,
         n_fitted: 100,
         log_odds_max: 20.0,
+        n_landmarks_max: 500,
         deviations_max: 5.0,
         density_per_m2: 0.003,
         false_share: 1e-4,
@@ -74,6 +78,7 @@ impl SearchParams {
         n_compared: 12,
         n_fitted: 20,
         log_odds_max: 10.0,
+        n_landmarks_max: 500,
         deviations_max: 4.0,
         density_per_m2: 0.05,
         false_share: 1e-2,
@@ -172,6 +177,12 @@ impl<'a> Search<'a> {
             })
             .collect()
     }
+
+    /// Logarithm of the best hypothesis' probability so far; `None` if nothing explains the steps.
+    pub fn log_evidence(&self) -> Option<f64> {
+        self.kept.iter().map(|branch| branch.log_evidence).max_by(f64::total_cmp)
+    }
+
     /// Tells the next sighting's landmark, in every way that fits.
     fn branch(&mut self, node: usize, bearing: usize) {
         let mut children = Vec::new();
@@ -179,7 +190,8 @@ impl<'a> Search<'a> {
             self.bear(parent, (node, bearing), &mut children);
         }
         children.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
-        let Some(best) = children.first().map(|child| child.log_evidence) else { return };
+        // Without children nothing explains the sighting, and nothing is kept.
+        let best = children.first().map_or(0.0, |child| child.log_evidence);
         children.retain(|child| best - self.params.log_odds_max < child.log_evidence);
         self.merge(&mut children, self.chains.bearings(node)[bearing].sighting);
         children.truncate(self.params.n_kept_max);
@@ -249,7 +261,8 @@ impl<'a> Search<'a> {
         add(None, self.params.false_share.ln() + log_new, 0.0);
         let is_known =
             matches!(sighting, LandmarkKind::Identity(_)) && branch.kinds.contains(&sighting);
-        let new = u32::try_from(estimate.landmarks.len()).ok().filter(|_| !is_known);
+        let n_landmarks = u32::try_from(estimate.landmarks.len()).ok();
+        let new = n_landmarks.filter(|n| !is_known && *n < self.params.n_landmarks_max);
         if new.is_some() {
             let is_told = matches!(sighting, LandmarkKind::Identity(_));
             let place = pose * seen.offset_m;

@@ -189,3 +189,24 @@ fn refinement_straightens_what_a_drift_has_bent() {
     };
     assert!(off < 0.5 * off_before, "{off} {off_before}");
 }
+
+#[test]
+fn an_association_that_cannot_be_has_no_evidence() {
+    let mut travel = travel(&square(&[0, 1, 2]), 0.0, 1);
+    // Two sightings of one step are of two landmarks.
+    let twice = travel.steps[2].sightings[0];
+    travel.steps[2].sightings.push(twice);
+    let once = [0, 1, 2, 2].map(Some);
+    let mut search = Search::new(&travel, &ErrorModel::BUTTON, SearchParams::BUTTON).along(&once);
+    while search.advance() {}
+    assert!(search.hypotheses().is_empty(), "{:?}", search.hypotheses());
+    assert_eq!(search.log_evidence(), None, "nor any number");
+}
+
+#[test]
+fn landmarks_stay_within_their_bound() {
+    let travel = travel(&square(&[0, 1, 2, 3, 4]), 0.0, 1);
+    let found = searched(&travel, SearchParams { n_landmarks_max: 3, ..SearchParams::BUTTON });
+    assert!(found.iter().all(|hypothesis| hypothesis.landmarks.len() <= 3), "{found:?}");
+    assert!(!found.is_empty(), "what is beyond counts as false");
+}

@@ -18,6 +18,10 @@ pub(super) struct Piece {
     pub(super) milestone: Option<Milestone>,
 }
 
+/// Sightings of a session: hypotheses keep what each was taken for, and memory is not to run out.
+/// Hours of a camera that sees one a second.
+const N_SIGHTINGS_MAX: usize = 20_000;
+
 /// A piece that work goes on from after a crash.
 pub(super) struct Milestone {
     /// What was done, for people.
@@ -41,6 +45,10 @@ pub(super) fn relaxed(
     mut tell: impl FnMut(Piece) -> ControlFlow<()>,
 ) -> Result<Option<Outcome>, String> {
     let params = params(travel, estimates_odometry);
+    let n_sightings = travel.n_sightings();
+    if N_SIGHTINGS_MAX < n_sightings {
+        return Err(format!("{n_sightings} sightings are more than {N_SIGHTINGS_MAX}"));
+    }
     let mut relaxation = match state {
         Some(state) => {
             Relaxation::from_bytes(travel, params, state).map_err(|error| error.to_string())?
@@ -51,7 +59,12 @@ pub(super) fn relaxed(
         let Progress { stage, share, log_likelihood, is_done, .. } = relaxation.advance();
         if is_done {
             let found = relaxation.outcome().cloned();
-            return found.map(Some).ok_or_else(|| "nothing fits what was seen".to_owned());
+            let found = found.ok_or_else(|| "nothing fits what was seen".to_owned())?;
+            let n_landmarks_max = params.search.n_landmarks_max;
+            if n_landmarks_max as usize <= found.landmarks.len() {
+                return Err(format!("{n_landmarks_max} landmarks or more are too many"));
+            }
+            return Ok(Some(found));
         }
         let milestone = milestone(stage, share);
         let milestone = milestone.map(|stage| {
@@ -154,5 +167,15 @@ mod tests {
         let found = relaxed(&travel, false, None, tell).expect("it fits").expect("to its end");
         assert!(found.calibration.turn_per_m.abs() < 1e-4, "{:?}", found.calibration);
         assert!(relaxed(&travel, true, Some(b"else"), tell).is_err(), "no state of a relaxation");
+    }
+
+    #[test]
+    fn more_sightings_than_memory_bears_are_refused() {
+        let (mut travel, _) = square();
+        let last = travel.steps[8].clone();
+        travel.steps.resize(N_SIGHTINGS_MAX + 1, last);
+        let problem = relaxed(&travel, true, None, |_| ControlFlow::Continue(()));
+        let problem = problem.expect_err("too many");
+        assert_eq!(problem, "20001 sightings are more than 20000");
     }
 }
