@@ -1,21 +1,33 @@
 //! Live mapping: the pose of every scan, matched against the grid that the scans before it drew.
 
+mod closure;
 mod descent;
 mod field;
+mod laser_relaxation;
+mod laser_travel;
 mod live_map;
 mod matcher;
 mod observation;
 mod odometry;
 mod params;
 mod points;
+mod relaxation_params;
 mod search;
+mod sharpness;
 mod state;
 mod tracker;
 mod wide_search;
 
+pub use closure::{Closure, ClosureKey, Refusal, Verdict};
+pub use laser_relaxation::{
+    LaserFigures, LaserOutcome, LaserProgress, LaserRelaxation, LaserStage,
+};
+pub use laser_travel::{DrivenScan, LaserTravel, TravelLaser};
 pub use live_map::LiveMap;
 pub use observation::{
     Estimate, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
 };
 pub use params::{FieldParams, MappingParams, MatchParams, TrustParams};
+pub use relaxation_params::LaserRelaxationParams;
+pub use sharpness::Sharpness;
 pub use state::InvalidState;

@@ -1,0 +1,64 @@
+//! Closures: that two moments of a travel are near one another, by what was seen.
+
+use meetpoint_geometry::Pose;
+
+/// The two moments that a closure joins. The same travel and parameters give the same keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ClosureKey {
+    /// Stamp of the earlier moment's scan, in nanoseconds.
+    pub from_ns: i64,
+    /// Stamp of the later moment's scan, in nanoseconds.
+    pub to_ns: i64,
+}
+
+/// What became of a closure.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The poses rest on it.
+    Accepted,
+    /// They do not.
+    Refused(Refusal),
+}
+
+/// Why a closure was refused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// An operator switched it off.
+    SwitchedOff,
+    /// Another pose within reach explains what was seen nearly as well.
+    Ambiguous,
+    /// Too few of the scans taken there agree by themselves.
+    FewScansAgree,
+    /// What was seen from one moment contradicts what was seen from the other.
+    Contradicted,
+    /// It is far from what the way driven says, and no other closure says the same.
+    Unsupported,
+    /// The other closures and the way driven say otherwise.
+    Inconsistent,
+}
+
+/// A closure that was considered: the robot at two moments, and how the two poses relate by what was
+/// seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Closure {
+    /// Which moments.
+    pub key: ClosureKey,
+    /// Pose at the later moment seen from the earlier, by matching.
+    pub from_to: Pose,
+    /// Covariance of `from_to` in the frame of its own end: x, y in metres, theta in radians,
+    /// row by row.
+    pub covariance: [[f64; 3]; 3],
+    /// Mean agreement of what was seen at both, in 0..=1.
+    pub score: f64,
+    /// Poses found within reach that nearly agree as well, with their scores; best first. Empty for
+    /// a closure that is beyond doubt.
+    pub alternatives: Vec<(Pose, f64)>,
+    /// Distance between `from_to` and what the relaxed poses say, in metres.
+    pub residual_m: f64,
+    /// The same for the heading, in radians, not negative.
+    pub residual_rad: f64,
+    /// Square of the residual in units of the covariance; of three degrees of freedom.
+    pub chi2: f64,
+    /// What became of it.
+    pub verdict: Verdict,
+}
