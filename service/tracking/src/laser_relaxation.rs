@@ -99,13 +99,13 @@ impl LaserRelaxation {
         let _ = refused;
         let frame = GridFrame::new(params.resolution_m)?;
         let drawing = || Drawing { grid: Grid::new(frame), marks: ScanMarks::new(), n_done: 0 };
-        Self {
+        Ok(Self {
             travel,
             params,
             before: drawing(),
             after: drawing(),
             stage: Some(LaserStage::Before),
-        }
+        })
     }
 
     /// Does a slice of the work, some tens of milliseconds, and says what comes next; `None` when all
