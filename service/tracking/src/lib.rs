@@ -3,6 +3,7 @@
 mod closure;
 mod descent;
 mod field;
+mod key_scan;
 mod laser_relaxation;
 mod laser_travel;
 mod live_map;
@@ -10,15 +11,21 @@ mod matcher;
 mod observation;
 mod odometry;
 mod params;
+mod normal_equations;
 mod points;
+mod pose_graph;
 mod relaxation_params;
 mod search;
+mod scan_pair;
 mod sharpness;
 mod state;
+mod surface;
+mod sweep;
 mod tracker;
 mod wide_search;
 
 pub use closure::{Closure, ClosureKey, Refusal, Verdict};
+pub use key_scan::KeyScanParams;
 pub use laser_relaxation::{
     LaserFigures, LaserOutcome, LaserProgress, LaserRelaxation, LaserStage,
 };
@@ -28,6 +35,7 @@ pub use observation::{
     Estimate, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
 };
 pub use params::{FieldParams, MappingParams, MatchParams, TrustParams};
+pub use pose_graph::PoseGraphParams;
 pub use relaxation_params::LaserRelaxationParams;
 pub use sharpness::Sharpness;
 pub use state::InvalidState;

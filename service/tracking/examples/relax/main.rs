@@ -1,0 +1,123 @@
+//! Relaxes CARMEN logs offline: `relax LOG RELATIONS [VARIANT...]` maps the FLASER lines of a log live,
+//! relaxes them, and prints errors before and after, time and sharpness; a variant is one of those that
+//! [`variant`] names. With `IMAGE=PATH` it draws the relaxed map.
+
+mod log;
+mod relations;
+mod variant;
+
+use std::error::Error;
+use std::time::Instant;
+
+use meetpoint_geometry::{GridFrame, Pose};
+use meetpoint_occupancy::{Grid, ScanMarks, png};
+use meetpoint_tracking::{
+    DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap,
+    MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
+};
+
+use log::LoggedScan;
+use relations::Relations;
+
+const KEY: SessionKey = SessionKey(0);
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [path, relations, names @ ..] = arguments.as_slice() else {
+        return Err("usage: relax LOG RELATIONS [VARIANT...]".into());
+    };
+    let log = log::read(path)?;
+    let relations = Relations::read(relations)?;
+    let names = if names.is_empty() { vec!["whole".to_owned()] } else { names.to_vec() };
+    for name in names {
+        let (scans, start) = variant::of(&log, &name)?;
+        let began = Instant::now();
+        let travel = tracked(&scans, start)?;
+        let mapped_s = began.elapsed().as_secs_f64();
+        let began = Instant::now();
+        let (outcome, slowest_s) = relaxed(travel.clone())?;
+        let relaxed_s = began.elapsed().as_secs_f64();
+        let live = travel.scans.iter().map(|scan| (scan.stamp_ns, scan.map_from_robot)).collect();
+        let after = travel.scans.iter().map(|scan| scan.stamp_ns).zip(outcome.poses.iter().copied());
+        println!("{name}: {} scans, mapped in {mapped_s:.2} s, relaxed in {relaxed_s:.2} s (slice {slowest_s:.3} s)", scans.len());
+        println!("  live    {}", relations.errors(&live));
+        println!("  relaxed {}", relations.errors(&after.collect()));
+        print_outcome(&outcome);
+        if let Ok(path) = std::env::var("IMAGE") {
+            std::fs::write(path, picture(&travel, &outcome.poses)?)?;
+        }
+    }
+    Ok(())
+}
+
+fn print_outcome(outcome: &LaserOutcome) {
+    let (before, after) = (outcome.before.sharpness, outcome.after.sharpness);
+    println!(
+        "  entropy {:.4} bits a cell of {} -> {:.4} of {}; total {:.0} -> {:.0}; moved up to {:.3} m; {} closures, chi2 {:.0} -> {:.0}",
+        before.mean_bits(),
+        before.n_cells,
+        after.mean_bits(),
+        after.n_cells,
+        before.entropy_bits,
+        after.entropy_bits,
+        outcome.move_max_m,
+        outcome.closures.len(),
+        outcome.before.chi2,
+        outcome.after.chi2,
+    );
+}
+
+/// What live mapping says of the scans.
+fn tracked(scans: &[LoggedScan], start: Pose) -> Result<LaserTravel, Box<dyn Error>> {
+    let mut map = LiveMap::new(MappingParams::INDOOR, 0.05).map_err(|_| "no such resolution")?;
+    let laser = log::laser(scans);
+    let kind = SensorKind::Laser(laser.geometry);
+    let sensor = Sensor { robot_from_sensor: laser.robot_from_sensor, kind };
+    map.open_session(KEY, SessionConfig { map_from_start: start, sensors: vec![sensor] });
+    let mut travel = LaserTravel { lasers: vec![laser], scans: Vec::new() };
+    for scan in scans {
+        let stamp_ns = scan.stamp_ns;
+        if let Some(odometry) = scan.odometry {
+            let kind = ObservationKind::OdometryPose(odometry);
+            map.apply(KEY, &Observation { stamp_ns, kind });
+        }
+        let kind = ObservationKind::LaserScan { sensor: 0, ranges_m: scan.ranges_m.to_vec() };
+        let estimate = map.apply(KEY, &Observation { stamp_ns, kind }).ok_or("no estimate")?;
+        travel.scans.push(DrivenScan {
+            stamp_ns,
+            laser: 0,
+            ranges_m: scan.ranges_m.clone(),
+            odometry_from_robot: scan.odometry,
+            map_from_robot: estimate.map_from_robot,
+            is_lost: estimate.lost,
+        });
+    }
+    Ok(travel)
+}
+
+fn relaxed(travel: LaserTravel) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
+    let params = LaserRelaxationParams::INDOOR;
+    let mut relaxation =
+        LaserRelaxation::new(travel, params, &[]).map_err(|_| "no such resolution")?;
+    let mut slowest_s = 0.0_f64;
+    loop {
+        let began = Instant::now();
+        let progress = relaxation.advance();
+        slowest_s = slowest_s.max(began.elapsed().as_secs_f64());
+        if progress.is_none() {
+            return Ok((relaxation.into_outcome(), slowest_s));
+        }
+    }
+}
+
+fn picture(travel: &LaserTravel, poses: &[Pose]) -> Result<Vec<u8>, Box<dyn Error>> {
+    let mut grid = Grid::new(GridFrame::new(0.05).map_err(|_| "no such resolution")?);
+    let mut marks = ScanMarks::new();
+    for (scan, &pose) in travel.scans.iter().zip(poses) {
+        let laser = travel.lasers[scan.laser];
+        let model = &MappingParams::INDOOR.beam_model;
+        let pose = pose * laser.robot_from_sensor;
+        grid.insert_scan(pose, &laser.geometry, &scan.ranges_m, model, &mut marks);
+    }
+    Ok(png(&grid.raster(None)))
+}

@@ -1,0 +1,62 @@
+//! Variants of a log, by name.
+
+use std::error::Error;
+
+use meetpoint_geometry::Pose;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+use crate::log::LoggedScan;
+
+/// The scans of a variant, and where it starts: `whole`, `thin` (every second scan), `first` and
+/// `second` (half), `long` and `short` (odometry's lengths off by 3 %), `turns` (its turns off by 3 %),
+/// `wrong` (5 % of the beams anywhere), `blind` (no odometry), `startN` (a start of that seed).
+pub(crate) fn of(log: &[LoggedScan], name: &str) -> Result<(Vec<LoggedScan>, Pose), Box<dyn Error>> {
+    let half = log.len() / 2;
+    let scans = match name {
+        "thin" => log.iter().step_by(2).cloned().collect(),
+        "first" => log[..half].to_vec(),
+        "second" => log[half..].to_vec(),
+        "long" => scaled(log, 1.03, 1.0),
+        "short" => scaled(log, 0.97, 1.0),
+        "turns" => scaled(log, 1.0, 1.03),
+        "wrong" => with_wrong_beams(log),
+        "blind" => log.iter().map(|scan| LoggedScan { odometry: None, ..scan.clone() }).collect(),
+        _ => log.to_vec(),
+    };
+    let start = match name.strip_prefix("start") {
+        Some(seed) => {
+            let mut rng = ChaCha8Rng::seed_from_u64(seed.parse()?);
+            let mut within = |most: f64| rng.random_range(-most..most);
+            Pose::new(within(10.0), within(10.0), within(3.1))
+        }
+        None => Pose::IDENTITY,
+    };
+    Ok((scans, start))
+}
+
+/// With odometry that errs in scale.
+fn scaled(log: &[LoggedScan], length: f64, turn: f64) -> Vec<LoggedScan> {
+    let mut pose = Pose::IDENTITY;
+    let mut before: Option<Pose> = None;
+    let next = |scan: &LoggedScan| {
+        let step = before.zip(scan.odometry).map_or(Pose::IDENTITY, |(a, b)| a.step_to(b));
+        before = scan.odometry;
+        pose = pose * Pose::new(length * step.x_m, length * step.y_m, turn * step.theta_rad);
+        LoggedScan { odometry: Some(pose), ..scan.clone() }
+    };
+    log.iter().map(next).collect()
+}
+
+/// With beams that end anywhere up to 10 m, one in twenty.
+fn with_wrong_beams(log: &[LoggedScan]) -> Vec<LoggedScan> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let mut beam = |&range_m: &f32| {
+        if rng.random_bool(0.05) { rng.random_range(0.1_f32..10.0) } else { range_m }
+    };
+    let next = |scan: &LoggedScan| LoggedScan {
+        ranges_m: scan.ranges_m.iter().map(&mut beam).collect(),
+        ..scan.clone()
+    };
+    log.iter().map(next).collect()
+}

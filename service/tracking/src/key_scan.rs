@@ -1,0 +1,67 @@
+//! Key scans: those of a travel that its pose graph is made of.
+
+use meetpoint_geometry::{Pose, angle_between};
+
+use crate::laser_travel::{DrivenScan, LaserTravel};
+use crate::surface::Surface;
+
+/// When a scan becomes a key scan.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyScanParams {
+    /// Once the robot moved this far since the last, in metres...
+    pub distance_m: f64,
+    /// ...or turned this far, in radians.
+    pub turn_rad: f64,
+    /// Hits farther than this are not used, in metres.
+    pub range_max_m: f64,
+}
+
+/// A key scan.
+#[derive(Clone, Debug)]
+pub(crate) struct KeyScan {
+    /// Which scan of the travel.
+    pub(crate) scan: usize,
+    /// Way driven until here, in metres.
+    pub(crate) driven_m: f64,
+    /// What it saw.
+    pub(crate) surface: Surface,
+}
+
+/// What a scan saw; nothing if its laser is not listed.
+pub(crate) fn surface(travel: &LaserTravel, scan: &DrivenScan, range_max_m: f64) -> Option<Surface> {
+    let laser = travel.lasers.get(scan.laser)?;
+    Some(Surface::new(laser, &scan.ranges_m, range_max_m))
+}
+
+/// The key scans of a travel, in order: the first that saw walls, and from there on each that the
+/// robot moved far enough for.
+pub(crate) fn key_scans(travel: &LaserTravel, params: &KeyScanParams) -> Vec<KeyScan> {
+    let mut keys: Vec<KeyScan> = Vec::new();
+    let (mut driven_m, mut before) = (0.0, None);
+    for (index, scan) in travel.scans.iter().enumerate() {
+        driven_m += before.map_or(0.0, |before| step(before, scan).distance_m());
+        before = Some(scan);
+        let far = keys.last().is_none_or(|last| {
+            let last = &travel.scans[last.scan];
+            let turn_rad = angle_between(last.map_from_robot.theta_rad, scan.map_from_robot.theta_rad);
+            params.distance_m <= step(last, scan).distance_m() || params.turn_rad <= turn_rad.abs()
+        });
+        if !far {
+            continue;
+        }
+        if let Some(surface) = surface(travel, scan, params.range_max_m)
+            && N_FACETS_MIN <= surface.facets.len()
+        {
+            keys.push(KeyScan { scan: index, driven_m, surface });
+        }
+    }
+    keys
+}
+
+/// Fewer facets than this say nothing of a pose.
+const N_FACETS_MIN: usize = 10;
+
+/// The step from one scan to another by live mapping.
+pub(crate) fn step(from: &DrivenScan, to: &DrivenScan) -> Pose {
+    from.map_from_robot.step_to(to.map_from_robot)
+}

@@ -1,0 +1,180 @@
+//! Robust pose graph in the plane.
+//!
+//! ```text
+//! F(poses) = sum over edges (i, j, z, L) of rho(e' L e),   e = (pose_i^-1 pose_j) - z
+//! ```
+//!
+//! with e taken number by number (the turn wrapped), and rho(s) = s c / (c + s) for edges that may be
+//! wrong (Geman and McClure), rho(s) = s for others. By Levenberg and Marquardt on the sparse normal
+//! equations, each edge weighted by rho'(s): K. MacTavish, T. Barfoot, "At all costs: a comparison of
+//! robust cost functions for camera correspondence outliers", CRV 2015; G. Grisetti, R. Kuemmerle,
+//! C. Stachniss, W. Burgard, "A tutorial on graph-based SLAM", IEEE Intelligent Transportation Systems
+//! Magazine 2 (2010), section IV. The first pose stays. Time of an iteration: that of the sparse
+//! factorisation.
+
+use meetpoint_geometry::{Pose, wrap_angle};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::normal_equations::NormalEquations;
+
+/// A constraint between two poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Edge {
+    /// Which pose it is seen from.
+    pub(crate) from: usize,
+    /// Which pose is seen. Invariant: not `from`.
+    pub(crate) to: usize,
+    /// Where it is seen.
+    pub(crate) from_to: Pose,
+    /// Information about the three numbers of `from_to`.
+    pub(crate) information: Matrix3<f64>,
+    /// The square c at which rho is half of its bound; infinite for an edge that cannot be wrong.
+    pub(crate) chi2_turn: f64,
+}
+
+/// Tunables of [`optimised`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseGraphParams {
+    /// Budget, in factorisations.
+    pub n_iterations_max: u32,
+    /// Done when F falls by less than this share.
+    pub fall_min: f64,
+}
+
+/// What an optimisation found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Optimised {
+    /// F before and after.
+    pub(crate) cost_before: f64,
+    pub(crate) cost_after: f64,
+    /// The largest change of any of the poses' numbers in the last step, in metres or radians.
+    pub(crate) step_last: f64,
+}
+
+/// Difference between an edge and two poses, and its derivatives by both.
+struct Linear {
+    error: Vector3<f64>,
+    by_from: Matrix3<f64>,
+    by_to: Matrix3<f64>,
+}
+
+impl Edge {
+    /// e: the pose of `to` seen from `from`, less what the edge says.
+    pub(crate) fn error(&self, from: Pose, to: Pose) -> Vector3<f64> {
+        let seen = from.step_to(to);
+        Vector3::new(
+            seen.x_m - self.from_to.x_m,
+            seen.y_m - self.from_to.y_m,
+            wrap_angle(seen.theta_rad - self.from_to.theta_rad),
+        )
+    }
+
+    /// Square of the error in units of its deviation.
+    pub(crate) fn chi2(&self, from: Pose, to: Pose) -> f64 {
+        let error = self.error(from, to);
+        error.dot(&(self.information * error))
+    }
+
+    /// rho of a square.
+    fn cost(&self, chi2: f64) -> f64 {
+        if self.chi2_turn.is_finite() { chi2 * self.chi2_turn / (self.chi2_turn + chi2) } else { chi2 }
+    }
+
+    /// Derivative of rho, in (0, 1].
+    pub(crate) fn weight(&self, chi2: f64) -> f64 {
+        if self.chi2_turn.is_finite() {
+            (self.chi2_turn / (self.chi2_turn + chi2)).powi(2)
+        } else {
+            1.0
+        }
+    }
+
+    fn linear(&self, from: Pose, to: Pose) -> Linear {
+        let (sin, cos) = from.theta_rad.sin_cos();
+        let (dx, dy) = (to.x_m - from.x_m, to.y_m - from.y_m);
+        let by_from = Matrix3::new(
+            -cos, -sin, -sin * dx + cos * dy,
+            sin, -cos, -cos * dx - sin * dy,
+            0.0, 0.0, -1.0,
+        );
+        let by_to = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
+        Linear { error: self.error(from, to), by_from, by_to }
+    }
+}
+
+/// F of the poses.
+pub(crate) fn cost(poses: &[Pose], edges: &[Edge]) -> f64 {
+    edges.iter().map(|edge| edge.cost(edge.chi2(poses[edge.from], poses[edge.to]))).sum()
+}
+
+/// Moves the poses to a minimum of F near where they are. `equations` are those of the edges
+/// ([`NormalEquations::new`]); edges may have changed in anything but which poses they join.
+pub(crate) fn optimise(
+    poses: &mut Vec<Pose>,
+    edges: &[Edge],
+    equations: &mut NormalEquations,
+    params: &PoseGraphParams,
+) -> Optimised {
+    let mut cost_now = cost(poses, edges);
+    let mut optimised = Optimised { cost_before: cost_now, cost_after: cost_now, step_last: 0.0 };
+    let mut damping = DAMPING_START;
+    linearise(poses, edges, equations);
+    for _ in 0..params.n_iterations_max {
+        let Some(step) = equations.solution(damping) else {
+            damping *= DAMPING_GROWTH;
+            continue;
+        };
+        let there = stepped(poses, &step);
+        let cost_there = cost(&there, edges);
+        // Not a number is no gain.
+        if !(cost_there < cost_now) {
+            damping *= DAMPING_GROWTH;
+            if DAMPING_MAX < damping || step_size(&step) < STEP_MIN {
+                break;
+            }
+            continue;
+        }
+        let fall = cost_now - cost_there;
+        *poses = there;
+        optimised.step_last = step_size(&step);
+        cost_now = cost_there;
+        damping = (damping * DAMPING_DECAY).max(DAMPING_MIN);
+        if fall <= params.fall_min * cost_there {
+            break;
+        }
+        linearise(poses, edges, equations);
+    }
+    optimised.cost_after = cost_now;
+    optimised
+}
+
+/// Damping as a share of the diagonal: at the start, and how it changes with success and failure.
+const DAMPING_START: f64 = 1e-6;
+const DAMPING_MIN: f64 = 1e-9;
+const DAMPING_MAX: f64 = 1e3;
+const DAMPING_DECAY: f64 = 0.1;
+const DAMPING_GROWTH: f64 = 30.0;
+
+/// Steps shorter than this in metres and radians are none.
+const STEP_MIN: f64 = 1e-6;
+
+fn linearise(poses: &[Pose], edges: &[Edge], equations: &mut NormalEquations) {
+    equations.clear();
+    for (index, edge) in edges.iter().enumerate() {
+        let Linear { error, by_from, by_to } = edge.linear(poses[edge.from], poses[edge.to]);
+        let weight = edge.weight(error.dot(&(edge.information * error)));
+        equations.add(index, &(edge.information * weight), &error, (&by_from, &by_to));
+    }
+}
+
+fn stepped(poses: &[Pose], step: &[f64]) -> Vec<Pose> {
+    let free = poses[1..].iter().zip(step.chunks_exact(3));
+    let moved = free.map(|(pose, step)| {
+        Pose::new(pose.x_m + step[0], pose.y_m + step[1], pose.theta_rad + step[2])
+    });
+    std::iter::once(poses[0]).chain(moved).collect()
+}
+
+fn step_size(step: &[f64]) -> f64 {
+    step.iter().fold(0.0, |most, part| part.abs().max(most))
+}

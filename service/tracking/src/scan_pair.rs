@@ -1,0 +1,121 @@
+//! Two scans that saw the same walls: what they say of how the robot's poses relate.
+//!
+//! ```text
+//! E(r) = sum over facets p of scan b, q the facet of scan a nearest to r p, of
+//!        1 / std^2 rho(n_q . (r p - q)),        r = pose of b seen from a
+//! ```
+//!
+//! with the function rho of Geman and McClure, so that what only one of them saw says little; its
+//! quadratic form about a given r, which is what a pose graph takes. Y. Chen, G. Medioni, "Object
+//! modelling by registration of multiple range images", Image and Vision Computing 10 (1992);
+//! F. Lu, E. Milios, "Globally consistent range scan alignment for environment mapping", Autonomous
+//! Robots 4 (1997). Time O(facets).
+
+use meetpoint_geometry::{Point2, Pose, Vector2};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::surface::Surface;
+
+/// Tunables of matching two scans.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PairParams {
+    /// Facets farther apart than this are not the same, in metres.
+    pub(crate) gate_m: f64,
+    /// Where rho turns from square to flat, in metres.
+    pub(crate) turn_m: f64,
+    /// Standard deviation of a facet's place, in metres.
+    pub(crate) facet_std_m: f64,
+}
+
+/// The quadratic form of a pair.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PairForm {
+    /// Second derivative: the information about x, y in metres and theta in radians.
+    pub(crate) hessian: Matrix3<f64>,
+    /// First derivative.
+    pub(crate) gradient: Vector3<f64>,
+    /// Facets that met another.
+    pub(crate) n_met: u32,
+    /// Facets that were asked.
+    pub(crate) n_asked: u32,
+}
+
+/// The form of `b` against `a` about `a_from_b`, by every `stride`-th facet of `b`.
+pub(crate) fn pair_form(
+    a: &Surface,
+    b: &Surface,
+    a_from_b: Pose,
+    params: &PairParams,
+    stride: usize,
+) -> PairForm {
+    let mut form = PairForm {
+        hessian: Matrix3::zeros(),
+        gradient: Vector3::zeros(),
+        n_met: 0,
+        n_asked: 0,
+    };
+    let (sin, cos) = a_from_b.theta_rad.sin_cos();
+    let turned = |v: Vector2<f64>| Vector2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
+    let here = Vector2::new(a_from_b.x_m, a_from_b.y_m);
+    let (turn2, weight) = (params.turn_m * params.turn_m, params.facet_std_m.powi(-2));
+    for facet in b.facets.iter().step_by(stride.max(1)) {
+        form.n_asked += 1;
+        let arm = turned(facet.at.coords);
+        let place = Point2::from(here + arm);
+        let Some(met) = a.nearest(place, turned(facet.normal), params.gate_m) else { continue };
+        form.n_met += 1;
+        let error = met.normal.dot(&(place - met.at));
+        let flat = turn2 / (turn2 + error * error);
+        let row = Vector3::new(met.normal.x, met.normal.y, arm.x * met.normal.y - arm.y * met.normal.x);
+        let scaled = row * (weight * flat * flat);
+        form.hessian += scaled * row.transpose();
+        form.gradient += scaled * error;
+    }
+    form
+}
+
+impl PairForm {
+    /// Share of the facets that met another.
+    pub(crate) fn met_share(&self) -> f64 {
+        f64::from(self.n_met) / f64::from(self.n_asked.max(1))
+    }
+
+    /// The step to the form's minimum, with a little damping so that directions about which the form
+    /// says nothing stay as they are.
+    pub(crate) fn step(&self) -> Vector3<f64> {
+        let damped = self.hessian + Matrix3::from_diagonal(&DAMPING);
+        damped.cholesky().map_or_else(Vector3::zeros, |factor| -factor.solve(&self.gradient))
+    }
+}
+
+/// Information that stands for none: a metre, and a radian.
+const DAMPING: Vector3<f64> = Vector3::new(1.0, 1.0, 1.0);
+
+/// The pose of `b` seen from `a` that fits best near `start`, and the form there.
+pub(crate) fn fitted(
+    a: &Surface,
+    b: &Surface,
+    start: Pose,
+    params: &PairParams,
+    (stride, n_iterations): (usize, u32),
+) -> (Pose, PairForm) {
+    let mut pose = start;
+    let mut form = pair_form(a, b, pose, params, stride);
+    for _ in 0..n_iterations {
+        let step = form.step();
+        pose = moved(pose, step);
+        form = pair_form(a, b, pose, params, stride);
+        if step.amax() < STEP_MIN {
+            break;
+        }
+    }
+    (pose, form)
+}
+
+/// Steps shorter than this in metres and radians change nothing that matters.
+const STEP_MIN: f64 = 1e-4;
+
+/// A pose after a step of its three numbers.
+pub(crate) fn moved(pose: Pose, step: Vector3<f64>) -> Pose {
+    Pose::new(pose.x_m + step.x, pose.y_m + step.y, pose.theta_rad + step.z)
+}
