@@ -50,7 +50,7 @@ pub(crate) fn key_scans(travel: &LaserTravel, params: &KeyScanParams) -> Vec<Key
             continue;
         }
         if let Some(surface) = surface(travel, scan, params.range_max_m)
-            && N_FACETS_MIN <= surface.facets.len()
+            && N_FACETS_MIN <= surface.facets().len()
         {
             keys.push(KeyScan { scan: index, driven_m, surface });
         }

@@ -240,7 +240,7 @@ impl LaserRelaxation {
                     for &k in &near {
                         let key = &self.keys[k];
                         let seen = self.key_poses[k].step_to(pose);
-                        let form = crate::scan_pair::pair_form(&key.surface, &surface, seen, &params, surface.facets.len().div_ceil(90).max(1));
+                        let form = crate::scan_pair::pair_form(&key.surface, &surface, seen, &params, surface.facets().len().div_ceil(90).max(1));
                         if form.n_met < 12 || form.met_share() < 0.15 { continue; }
                         let (sin, cos) = self.key_poses[k].theta_rad.sin_cos();
                         let r = nalgebra::Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);

@@ -54,23 +54,35 @@ pub(crate) fn pair_form(
         n_met: 0,
         n_asked: 0,
     };
+    #[expect(clippy::cast_possible_truncation, reason = "facets are kept in single precision")]
+    let single = |number: f64| number as f32;
     let (sin, cos) = a_from_b.theta_rad.sin_cos();
-    let turned = |v: Vector2<f64>| Vector2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
-    let here = Vector2::new(a_from_b.x_m, a_from_b.y_m);
-    let (turn2, weight) = (params.turn_m * params.turn_m, params.facet_std_m.powi(-2));
-    for facet in b.facets.iter().step_by(stride.max(1)) {
+    let (sin, cos, x, y) = (single(sin), single(cos), single(a_from_b.x_m), single(a_from_b.y_m));
+    let turned = |v: Vector2<f32>| Vector2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y);
+    let (turn2, gate_m) = (single(params.turn_m * params.turn_m), single(params.gate_m));
+    // xx, xy, xt, yy, yt, tt and x, y, t
+    let mut sums = [0.0_f64; 9];
+    for facet in b.facets().iter().step_by(stride.max(1)) {
         form.n_asked += 1;
         let arm = turned(facet.at.coords);
-        let place = Point2::from(here + arm);
-        let Some(met) = a.nearest(place, turned(facet.normal), params.gate_m) else { continue };
+        let place = Point2::new(x + arm.x, y + arm.y);
+        let Some(met) = a.nearest(place, turned(facet.normal), gate_m) else { continue };
         form.n_met += 1;
-        let error = met.normal.dot(&(place - met.at));
+        let (nx, ny) = (met.normal.x, met.normal.y);
+        let error = nx * (place.x - met.at.x) + ny * (place.y - met.at.y);
         let flat = turn2 / (turn2 + error * error);
-        let row = Vector3::new(met.normal.x, met.normal.y, arm.x * met.normal.y - arm.y * met.normal.x);
-        let scaled = row * (weight * flat * flat);
-        form.hessian += scaled * row.transpose();
-        form.gradient += scaled * error;
+        let weight = flat * flat;
+        let turn = arm.x * ny - arm.y * nx;
+        let products = [nx * nx, nx * ny, nx * turn, ny * ny, ny * turn, turn * turn];
+        let slopes = [nx * error, ny * error, turn * error];
+        for (sum, part) in sums.iter_mut().zip(products.iter().chain(&slopes)) {
+            *sum += f64::from(weight * part);
+        }
     }
+    let [xx, xy, xt, yy, yt, tt, gx, gy, gt] = sums;
+    let information = params.facet_std_m.powi(-2);
+    form.hessian = Matrix3::new(xx, xy, xt, xy, yy, yt, xt, yt, tt) * information;
+    form.gradient = Vector3::new(gx, gy, gt) * information;
     form
 }
 

@@ -5,35 +5,47 @@
 //! constant time: G. Blais, M. Levine, "Registering multiview range data to create 3D computer
 //! objects", IEEE Transactions on Pattern Analysis and Machine Intelligence 17 (1995), section 3.
 
-use std::f64::consts::TAU;
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 use meetpoint_geometry::{Point2, Pose, Vector2};
 use meetpoint_occupancy::Reading;
 
 use crate::laser_travel::TravelLaser;
 
-/// A hit on a wall, in the robot's frame.
+/// A hit on a wall, in the robot's frame. In single precision, a tenth of a millimetre at a kilometre,
+/// since many are read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Facet {
     /// The hit.
-    pub(crate) at: Point2<f64>,
+    pub(crate) at: Point2<f32>,
     /// Unit vector across the wall, towards the sensor.
-    pub(crate) normal: Vector2<f64>,
+    pub(crate) normal: Vector2<f32>,
     /// Half the distance to the farther of its neighbours, in metres: as far as the facet reaches.
-    pub(crate) reach_m: f64,
+    pub(crate) reach_m: f32,
 }
 
 /// The facets of one scan.
 #[derive(Clone, Debug)]
 pub(crate) struct Surface {
     /// In the order of the beams.
-    pub(crate) facets: Vec<Facet>,
-    /// For each beam, 1 + its facet; 0 without.
-    by_beam: Vec<u32>,
-    sensor_from_robot: Pose,
-    angle_min_rad: f64,
-    beams_per_rad: f64,
+    facets: Vec<Facet>,
+    /// One a beam; what no wall is met by is [`NO_FACET`].
+    by_beam: Vec<Facet>,
+    /// The sensor in the robot's frame.
+    sensor: Point2<f32>,
+    /// Direction of beam 0 in the robot's frame.
+    angle_min_rad: f32,
+    beams_per_rad: f32,
+    /// Beams of a full turn.
+    n_turn: f32,
 }
+
+/// Stands for no facet: it is nearest to nothing, because no comparison with it is true.
+const NO_FACET: Facet = Facet {
+    at: Point2::new(f32::NAN, f32::NAN),
+    normal: Vector2::new(f32::NAN, f32::NAN),
+    reach_m: 0.0,
+};
 
 /// Beams on each side that a line is fitted to.
 const N_SIDE: usize = 3;
@@ -45,85 +57,83 @@ const FIT_REACH_M: f64 = 0.4;
 /// A line that its hits lie farther off is none, root mean square in metres: three times the noise of
 /// usual lasers.
 const FIT_ERROR_MAX_M: f64 = 0.03;
-/// Cosine of the angle between wall's normal and beam below which a hit is not believed: 5 degrees
-/// off grazing.
+/// Cosine of the angle between the wall's normal and the beam below which a hit is not believed: 5
+/// degrees off grazing.
 const GRAZING_COSINE_MIN: f64 = 0.09;
 /// Facets reach no farther, in metres.
 const REACH_MAX_M: f64 = 0.25;
+/// A hit may lie this far beyond a facet's reach, in metres: what a turn of a degree moves a wall at
+/// 3 m by.
+const BEYOND_REACH_M: f32 = 0.05;
 /// Beams that a search for the nearest facet looks at on each side, at most.
-const N_LOOK_MAX: f64 = 12.0;
+const N_LOOK_MAX: f32 = 12.0;
+/// Walls that face directions farther apart than 37 degrees are not the same.
+const FACING_COSINE_MIN: f32 = 0.8;
 
 impl Surface {
     /// The facets of a scan, of hits up to `range_max_m`.
     pub(crate) fn new(laser: &TravelLaser, ranges_m: &[f32], range_max_m: f64) -> Self {
-        let hits: Vec<Option<Point2<f64>>> = laser
-            .geometry
+        let TravelLaser { robot_from_sensor, geometry } = laser;
+        let place = |bearing_rad: f64, range_m: f64| {
+            let (sin, cos) = bearing_rad.sin_cos();
+            *robot_from_sensor * Point2::new(range_m * cos, range_m * sin)
+        };
+        let hits: Vec<Option<Point2<f64>>> = geometry
             .readings(ranges_m)
             .map(|(bearing_rad, reading)| match reading {
-                Reading::Hit(range_m) if range_m <= range_max_m => {
-                    let (sin, cos) = bearing_rad.sin_cos();
-                    Some(laser.robot_from_sensor * Point2::new(range_m * cos, range_m * sin))
-                }
+                Reading::Hit(range_m) if range_m <= range_max_m => Some(place(bearing_rad, range_m)),
                 _ => None,
             })
             .collect();
-        let mut surface = Self {
-            facets: Vec::new(),
-            by_beam: vec![0; hits.len()],
-            sensor_from_robot: laser.robot_from_sensor.inverse(),
-            angle_min_rad: laser.geometry.angle_min_rad,
-            beams_per_rad: 1.0 / laser.geometry.angle_increment_rad,
-        };
-        let sensor = laser.robot_from_sensor.position();
-        for beam in 0..hits.len() {
-            if let Some(facet) = facet(&hits, beam, sensor) {
-                surface.facets.push(facet);
-                surface.by_beam[beam] = u32::try_from(surface.facets.len()).unwrap_or(0);
-            }
+        let sensor = robot_from_sensor.position();
+        let facets = (0..hits.len()).map(|beam| facet(&hits, beam, sensor));
+        let by_beam: Vec<Facet> = facets.map(|facet| facet.unwrap_or(NO_FACET)).collect();
+        let beams_per_rad = single(1.0 / geometry.angle_increment_rad);
+        Self {
+            facets: by_beam.iter().copied().filter(|facet| !facet.at.x.is_nan()).collect(),
+            by_beam,
+            sensor: sensor.map(single),
+            angle_min_rad: single(robot_from_sensor.theta_rad + geometry.angle_min_rad),
+            beams_per_rad,
+            n_turn: (TAU * beams_per_rad).abs(),
         }
-        surface
+    }
+
+    /// The facets, in the order of the beams.
+    pub(crate) fn facets(&self) -> &[Facet] {
+        &self.facets
     }
 
     /// The facet nearest to `point` (in this scan's robot frame) whose wall faces as `normal` does,
     /// if one lies within `gate_m`.
+    #[inline]
     pub(crate) fn nearest(
         &self,
-        point: Point2<f64>,
-        normal: Vector2<f64>,
-        gate_m: f64,
+        point: Point2<f32>,
+        normal: Vector2<f32>,
+        gate_m: f32,
     ) -> Option<&Facet> {
-        let from_sensor = self.sensor_from_robot * point;
-        let range_m = from_sensor.x.hypot(from_sensor.y);
-        let bearing_rad = from_sensor.y.atan2(from_sensor.x) - self.angle_min_rad;
-        let full_turn = TAU * self.beams_per_rad;
-        let mut beam = bearing_rad * self.beams_per_rad;
-        if beam < -N_LOOK_MAX {
-            beam += full_turn.abs();
-        }
-        let look = (gate_m / range_m.max(gate_m) * self.beams_per_rad.abs()).ceil();
-        let look = look.clamp(1.0, N_LOOK_MAX);
-        let low = (beam - look).round().max(0.0);
-        let high = (beam + look).round().min(self.by_beam.len() as f64 - 1.0);
-        if high < low {
-            return None;
-        }
-        let mut best: Option<(f64, &Facet)> = None;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "clamped above")]
-        for &index in &self.by_beam[low as usize..=high as usize] {
-            let Some(facet) = (index as usize).checked_sub(1).map(|index| &self.facets[index])
-            else {
-                continue;
-            };
+        let away = point - self.sensor;
+        let range_m = (away.x * away.x + away.y * away.y).sqrt();
+        let bearing_rad = quick_atan2(away.y, away.x) - self.angle_min_rad;
+        let beam = (bearing_rad * self.beams_per_rad).rem_euclid(self.n_turn);
+        let look = (gate_m / range_m.max(gate_m) * self.beams_per_rad.abs()).clamp(1.0, N_LOOK_MAX);
+        let (low, high) = ((beam - look).max(0.0), beam + look + 0.5);
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "not negative; NaN becomes 0"
+        )]
+        let (low, high) = (low.ceil() as usize, (high as usize + 1).min(self.by_beam.len()));
+        let mut best: Option<(f32, &Facet)> = None;
+        for facet in self.by_beam.get(low..high)? {
             let away = point - facet.at;
-            let across_m = facet.normal.dot(&away).abs();
+            let across_m = (facet.normal.x * away.x + facet.normal.y * away.y).abs();
             let along_m = (facet.normal.x * away.y - facet.normal.y * away.x).abs();
-            if gate_m < across_m || gate_m.min(0.05) + facet.reach_m < along_m {
-                continue;
-            }
+            let near = across_m <= gate_m && along_m <= BEYOND_REACH_M + facet.reach_m;
             let distance = across_m * across_m + along_m * along_m;
-            if best.is_none_or(|(least, _)| distance < least)
-                && FACING_COSINE_MIN < facet.normal.dot(&normal)
-            {
+            let facing = FACING_COSINE_MIN < facet.normal.x * normal.x + facet.normal.y * normal.y;
+            if near && facing && best.is_none_or(|(least, _)| distance < least) {
                 best = Some((distance, facet));
             }
         }
@@ -131,8 +141,23 @@ impl Surface {
     }
 }
 
-/// Walls that face directions farther apart than 37 degrees are not the same.
-const FACING_COSINE_MIN: f64 = 0.8;
+/// `atan2` to within 1e-4 radians: beams are a hundred times farther apart. M. Abramowitz,
+/// I. Stegun, "Handbook of mathematical functions" (1964), 4.4.49 of lower degree.
+#[inline]
+fn quick_atan2(y: f32, x: f32) -> f32 {
+    let (least, most) = (x.abs().min(y.abs()), x.abs().max(y.abs()));
+    let t = least / most.max(f32::MIN_POSITIVE);
+    let s = t * t;
+    let angle = ((-0.046_496_47 * s + 0.159_314_22) * s - 0.327_622_76) * s * t + t;
+    let angle = if x.abs() < y.abs() { FRAC_PI_2 - angle } else { angle };
+    let angle = if x < 0.0 { PI - angle } else { angle };
+    if y < 0.0 { -angle } else { angle }
+}
+
+#[expect(clippy::cast_possible_truncation, reason = "facets are kept in single precision")]
+fn single(number: f64) -> f32 {
+    number as f32
+}
 
 /// The facet at a beam's hit, if it lies on a wall.
 fn facet(hits: &[Option<Point2<f64>>], beam: usize, sensor: Point2<f64>) -> Option<Facet> {
@@ -151,19 +176,20 @@ fn facet(hits: &[Option<Point2<f64>>], beam: usize, sensor: Point2<f64>) -> Opti
         xy += away.x * away.y;
         yy += away.y * away.y;
     }
-    let along_rad = 0.5 * (2.0 * xy).atan2(xx - yy);
-    let mut normal = Vector2::new(-along_rad.sin(), along_rad.cos());
-    let error = (normal.x * normal.x * xx + 2.0 * normal.x * normal.y * xy + normal.y * normal.y * yy).max(0.0);
-    let to_sensor = (sensor - at).normalize();
-    if normal.dot(&to_sensor) < 0.0 {
-        normal = -normal;
+    let (sin, cos) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
+    let squares = sin * sin * xx - 2.0 * sin * cos * xy + cos * cos * yy;
+    let to_sensor = sensor - at;
+    let across = Vector2::new(-sin, cos);
+    let normal = if across.dot(&to_sensor) < 0.0 { -across } else { across };
+    let is_line = squares <= n * FIT_ERROR_MAX_M * FIT_ERROR_MAX_M;
+    if !is_line || normal.dot(&to_sensor) < GRAZING_COSINE_MIN * to_sensor.norm() {
+        return None;
     }
-    let believed = (error / n).sqrt() <= FIT_ERROR_MAX_M && GRAZING_COSINE_MIN <= normal.dot(&to_sensor);
     let next_m = |side: &[Point2<f64>]| side.first().map_or(0.0, |next| (next - at).norm());
     let reach_m = (0.5 * next_m(&before).max(next_m(&after))).min(REACH_MAX_M);
     // The hit as the line has it: what its neighbours say of it counts too.
     let at = at - normal * normal.dot(&(at.coords - mean));
-    believed.then_some(Facet { at, normal, reach_m })
+    Some(Facet { at: at.map(single), normal: normal.map(single), reach_m: single(reach_m) })
 }
 
 /// The hits next to a beam's on its wall, nearest first.

@@ -28,7 +28,7 @@ pub(crate) fn pair_edges(
     [(a, b), (b, a)].map(|(from, to)| {
         let seen = poses[from].step_to(poses[to]);
         let (here, there) = (&keys[from].surface, &keys[to].surface);
-        let stride = there.facets.len().div_ceil(n_facets_max.max(1));
+        let stride = there.facets().len().div_ceil(n_facets_max.max(1));
         let form = pair_form(here, there, seen, params, stride);
         let met = N_MET_MIN <= form.n_met && MET_SHARE_MIN <= form.met_share();
         let edge = Edge {
