@@ -28,7 +28,11 @@ pub(crate) struct KeyScan {
 }
 
 /// What a scan saw; nothing if its laser is not listed.
-pub(crate) fn surface(travel: &LaserTravel, scan: &DrivenScan, range_max_m: f64) -> Option<Surface> {
+pub(crate) fn surface(
+    travel: &LaserTravel,
+    scan: &DrivenScan,
+    range_max_m: f64,
+) -> Option<Surface> {
     let laser = travel.lasers.get(scan.laser)?;
     Some(Surface::new(laser, &scan.ranges_m, range_max_m))
 }
@@ -43,7 +47,8 @@ pub(crate) fn key_scans(travel: &LaserTravel, params: &KeyScanParams) -> Vec<Key
         before = Some(scan);
         let far = keys.last().is_none_or(|last| {
             let last = &travel.scans[last.scan];
-            let turn_rad = angle_between(last.map_from_robot.theta_rad, scan.map_from_robot.theta_rad);
+            let turn_rad =
+                angle_between(last.map_from_robot.theta_rad, scan.map_from_robot.theta_rad);
             params.distance_m <= step(last, scan).distance_m() || params.turn_rad <= turn_rad.abs()
         });
         if !far {

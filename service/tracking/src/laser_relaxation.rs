@@ -4,15 +4,17 @@
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 use meetpoint_occupancy::{Grid, ScanMarks};
 
-use crate::closure::{Closure, ClosureKey};
+use crate::chain::{Chain, odometry_edge};
+use crate::closure::{Closure, ClosureKey, Verdict};
+use crate::closure_search::{ClosureSearch, Evidence};
 use crate::key_scan::{KeyScan, key_scans};
-use crate::normal_equations::NormalEquations;
-use crate::pose_graph::{Edge, PoseGraphParams, optimise};
-use crate::scan_pair::PairParams;
-use crate::sweep::pair_edges;
 use crate::laser_travel::LaserTravel;
+use crate::neighbours::{pairs_across, pairs_along};
+use crate::placing::{Keys, placed};
+use crate::pose_graph::Edge;
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::sharpness::Sharpness;
+use crate::sweep::Sweeps;
 
 /// What a relaxation is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -75,14 +77,38 @@ pub struct LaserOutcome {
 pub struct LaserRelaxation {
     travel: LaserTravel,
     params: LaserRelaxationParams,
-    before: Drawing,
-    after: Drawing,
+    frame: GridFrame,
+    refused: Vec<ClosureKey>,
     keys: Vec<KeyScan>,
+    chain: Chain,
+    /// Of the key scans, as far as they are relaxed.
     key_poses: Vec<Pose>,
-    near: Vec<Vec<usize>>,
+    /// For each key scan, those on other passes that it is matched with.
+    across: Vec<Vec<usize>>,
+    closures: Vec<Closure>,
+    /// Between the search for closures and the end of the sweeps, what it found.
+    search: Option<Box<ClosureSearch>>,
+    /// Of the key scans, by live mapping.
+    live: Vec<Pose>,
+    n_placed: usize,
+    /// Of all scans.
     poses: Vec<Pose>,
-    n_sweeps: u32,
-    stage: Option<LaserStage>,
+    before: LaserFigures,
+    after: LaserFigures,
+    work: Work,
+}
+
+/// What is being done.
+#[derive(Debug)]
+enum Work {
+    Before(Drawing),
+    Chain,
+    ChainSweeps(Sweeps, u32),
+    Closures(Box<ClosureSearch>),
+    Sweeps(Sweeps, u32),
+    Placing,
+    After(Drawing),
+    Done,
 }
 
 /// A map drawn scan by scan.
@@ -93,8 +119,14 @@ struct Drawing {
     n_done: usize,
 }
 
-/// Scans drawn in one slice.
-const N_SCANS_SLICE: usize = 500;
+/// What a slice holds, each some tens of milliseconds: key scans drawn...
+const N_DRAWN_SLICE: usize = 200;
+/// ...key scans chained...
+const N_CHAINED_SLICE: usize = 200;
+/// ...pairs matched...
+const N_PAIRS_SLICE: usize = 4000;
+/// ...scans placed.
+const N_PLACED_SLICE: usize = 1000;
 
 impl LaserRelaxation {
     /// Begins a relaxation. `refused` are the closures that an operator switched off.
@@ -106,178 +138,258 @@ impl LaserRelaxation {
         params: LaserRelaxationParams,
         refused: &[ClosureKey],
     ) -> Result<Self, InvalidResolution> {
-        let _ = refused;
         let frame = GridFrame::new(params.resolution_m)?;
-        let drawing = || Drawing { grid: Grid::new(frame), marks: ScanMarks::new(), n_done: 0 };
         let keys = key_scans(&travel, &params.key_scans);
-        let key_poses: Vec<Pose> = keys.iter().map(|k| travel.scans[k.scan].map_from_robot).collect();
-        let poses = travel.scans.iter().map(|s| s.map_from_robot).collect();
-        let before = drawing();
-        let after = drawing();
+        let poses = travel.scans.iter().map(|scan| scan.map_from_robot).collect();
+        let live = keys.iter().map(|key| travel.scans[key.scan].map_from_robot).collect();
         Ok(Self {
             travel,
             params,
-            before,
-            after,
+            frame,
+            refused: refused.to_vec(),
             keys,
-            key_poses,
-            near: Vec::new(),
+            chain: Chain::default(),
+            key_poses: live,
+            across: Vec::new(),
+            closures: Vec::new(),
+            search: None,
+            live: Vec::new(),
+            n_placed: 0,
             poses,
-            n_sweeps: 0,
-            stage: Some(LaserStage::Before),
+            before: LaserFigures::default(),
+            after: LaserFigures::default(),
+            work: Work::Before(Drawing::new(frame)),
         })
-    }
-
-    fn draw(&mut self, is_before: bool) -> bool {
-        let drawing = if is_before { &mut self.before } else { &mut self.after };
-        let end = (drawing.n_done + N_SCANS_SLICE).min(self.travel.scans.len());
-        for index in drawing.n_done..end {
-            let scan = &self.travel.scans[index];
-            let pose = if is_before { scan.map_from_robot } else { self.poses[index] };
-            if let Some(laser) = self.travel.lasers.get(scan.laser) {
-                let pose = pose * laser.robot_from_sensor;
-                let model = &self.params.mapping.beam_model;
-                drawing.grid.insert_scan(pose, &laser.geometry, &scan.ranges_m, model, &mut drawing.marks);
-            }
-        }
-        drawing.n_done = end;
-        end == self.travel.scans.len()
-    }
-
-    fn sweep(&mut self) {
-        let n = self.keys.len();
-        let mut near: Vec<Vec<usize>> = vec![Vec::new(); n];
-        let mut pairs = Vec::new();
-        let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
-        let n_loop = env("NLOOP", 6.0) as usize;
-        for i in 0..n {
-            for d in [1, 2, 4, 8] {
-                if i + d < n {
-                    pairs.push((i, i + d));
-                    near[i].push(i + d);
-                    near[i + d].push(i);
-                }
-            }
-            // best of each pass
-            let mut found: Vec<(f64, usize)> = Vec::new();
-            let mut last: Option<usize> = None;
-            for j in 0..i.saturating_sub(20) {
-                let step = self.key_poses[i].step_to(self.key_poses[j]);
-                let d = step.distance_m();
-                if d > env("RADIUS", 3.0) { continue; }
-                let rank = d + step.theta_rad.abs();
-                if last.is_some_and(|l| j - l < 10) {
-                    let best = found.last_mut().unwrap();
-                    if rank < best.0 { *best = (rank, j); }
-                } else {
-                    found.push((rank, j));
-                }
-                last = Some(j);
-            }
-            found.sort_by(|a, b| a.0.total_cmp(&b.0));
-            for &(_, j) in found.iter().take(n_loop) {
-                pairs.push((j, i));
-                near[i].push(j);
-                near[j].push(i);
-            }
-        }
-        let pair_params = PairParams {
-            gate_m: if self.n_sweeps < 3 { 0.2 } else { env("GATE", 0.1) },
-            turn_m: if self.n_sweeps < 3 { 0.1 } else { env("TURN", 0.05) },
-            facet_std_m: 0.05,
-        };
-        let mut edges: Vec<Edge> = Vec::new();
-        for &pair in &pairs {
-            edges.extend(pair_edges(&self.keys, &self.key_poses, pair, &pair_params, 90));
-        }
-        for i in 1..n {
-            let (a, b) = (&self.travel.scans[self.keys[i - 1].scan], &self.travel.scans[self.keys[i].scan]);
-            if let (Some(oa), Some(ob)) = (a.odometry_from_robot, b.odometry_from_robot) {
-                let z = oa.step_to(ob);
-                let st = 0.02 + 0.05 * z.distance_m();
-                let sr = 0.02 + 0.1 * z.theta_rad.abs();
-                let information = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.0 / (st * st), 1.0 / (st * st), 1.0 / (sr * sr)));
-                edges.push(Edge { from: i - 1, to: i, from_to: z, information, chi2_turn: 9.0 });
-            }
-        }
-        let t = std::time::Instant::now();
-        let mut equations = NormalEquations::new(n, &edges);
-        let t1 = t.elapsed();
-        let o = optimise(&mut self.key_poses, &edges, &mut equations, &PoseGraphParams { n_iterations_max: 5, fall_min: 1e-3 });
-        eprintln!("sweep {} keys {n} pairs {} {o:?} symbolic {t1:?} all {:?}", self.n_sweeps, pairs.len(), t.elapsed());
-        self.near = near;
-        self.n_sweeps += 1;
-    }
-
-    fn place(&mut self) {
-        let env = |name: &str, default: f64| std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(default);
-        let n = self.keys.len();
-        let scans = &self.travel.scans;
-        for s in 0..scans.len() {
-            let after = self.keys.partition_point(|k| k.scan <= s);
-            let (a, b) = (after.saturating_sub(1), after.min(n - 1));
-            let live = |k: usize| scans[self.keys[k].scan].map_from_robot;
-            let from_a = self.key_poses[a] * live(a).step_to(scans[s].map_from_robot);
-            let from_b = self.key_poses[b] * live(b).step_to(scans[s].map_from_robot);
-            let (ka, kb) = (self.keys[a].scan, self.keys[b].scan);
-            let t = if ka == kb { 0.0 } else { (s as f64 - ka as f64) / (kb as f64 - ka as f64) };
-            let mut pose = from_a.interpolate(from_b, t.clamp(0.0, 1.0));
-            if self.keys[a].scan != s && env("PLACE", 1.0) > 0.0 {
-                let prior = pose;
-                let mut near: Vec<usize> = vec![a, b];
-                near.extend(&self.near[a]);
-                near.extend(&self.near[b]);
-                near.sort_unstable();
-                near.dedup();
-                let Some(surface) = crate::key_scan::surface(&self.travel, &scans[s], 40.0) else { continue };
-                let params = PairParams { gate_m: env("GATE", 0.1), turn_m: env("TURN", 0.05), facet_std_m: 0.05 };
-                for _ in 0..3 {
-                    let ps = env("PRIOR_M", 0.01);
-                    let pr = env("PRIOR_RAD", 0.005);
-                    let mut h = nalgebra::Matrix3::from_diagonal(&nalgebra::Vector3::new(1.0 / (ps * ps), 1.0 / (ps * ps), 1.0 / (pr * pr)));
-                    let d = nalgebra::Vector3::new(pose.x_m - prior.x_m, pose.y_m - prior.y_m, meetpoint_geometry::angle_between(prior.theta_rad, pose.theta_rad));
-                    let mut g = h * d;
-                    for &k in &near {
-                        let key = &self.keys[k];
-                        let seen = self.key_poses[k].step_to(pose);
-                        let form = crate::scan_pair::pair_form(&key.surface, &surface, seen, &params, surface.facets().len().div_ceil(90).max(1));
-                        if form.n_met < 12 || form.met_share() < 0.15 { continue; }
-                        let (sin, cos) = self.key_poses[k].theta_rad.sin_cos();
-                        let r = nalgebra::Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-                        h += r * form.hessian * r.transpose();
-                        g += r * form.gradient;
-                    }
-                    if let Some(c) = h.cholesky() { let step = -c.solve(&g); pose = crate::scan_pair::moved(pose, step); }
-                }
-            }
-            self.poses[s] = pose;
-        }
     }
 
     /// Does a slice of the work, some tens of milliseconds, and says what comes next; `None` when all
     /// is done.
     pub fn advance(&mut self) -> Option<LaserProgress> {
-        match self.stage? {
-            LaserStage::Before => if self.draw(true) { self.stage = Some(LaserStage::Sweeps) },
-            LaserStage::Sweeps => { self.sweep(); let m = std::env::var("SWEEPS").ok().and_then(|v| v.parse().ok()).unwrap_or(8); if self.n_sweeps >= m { self.stage = Some(LaserStage::Placing) } },
-            LaserStage::Placing => { self.place(); self.stage = Some(LaserStage::After) },
-            _ => if self.draw(false) { self.stage = None },
+        let work = std::mem::replace(&mut self.work, Work::Done);
+        self.work = match work {
+            Work::Before(mut drawing) => {
+                if drawing.draw(&self.travel, &self.keys, &self.key_poses, &self.params) {
+                    Work::Before(drawing)
+                } else {
+                    self.before.sharpness = Sharpness::of_grid(&drawing.grid);
+                    if self.keys.len() < 2 {
+                        Work::After(Drawing::new(self.frame))
+                    } else {
+                        Work::Chain
+                    }
+                }
+            }
+            Work::Chain => self.chain_some(),
+            Work::ChainSweeps(sweeps, n) => self.sweep_chain(sweeps, n),
+            Work::Closures(search) => self.search_some(search),
+            Work::Sweeps(sweeps, n) => self.sweep_all(sweeps, n),
+            Work::Placing => self.place_some(),
+            Work::After(mut drawing) => {
+                if drawing.draw(&self.travel, &self.keys, &self.key_poses, &self.params) {
+                    Work::After(drawing)
+                } else {
+                    self.after.sharpness = Sharpness::of_grid(&drawing.grid);
+                    Work::Done
+                }
+            }
+            Work::Done => Work::Done,
+        };
+        self.progress()
+    }
+
+    fn chain_some(&mut self) -> Work {
+        let pair = self.params.pairs();
+        let end = (self.chain.poses.len() + N_CHAINED_SLICE).min(self.keys.len());
+        while self.chain.poses.len() < end {
+            self.chain.push(&self.travel, &self.keys, (&self.params.odometry, &pair));
         }
-        let stage = self.stage?;
-        Some(LaserProgress { share: 0.5, stage, n_accepted: 0, n_refused: 0 })
+        if end < self.keys.len() {
+            return Work::Chain;
+        }
+        let pairs = pairs_along(self.keys.len());
+        Work::ChainSweeps(Sweeps::new(self.keys.len(), pairs, self.odometry_edges()), 0)
+    }
+
+    fn odometry_edges(&self) -> impl Iterator<Item = Edge> {
+        let edge = |to| odometry_edge(&self.travel, &self.keys, to, &self.params.odometry);
+        (1..self.keys.len()).filter_map(edge)
+    }
+
+    fn sweep_chain(&mut self, mut sweeps: Sweeps, n_done: u32) -> Work {
+        let pair = self.params.pairs();
+        if sweeps.match_some(&self.keys, &self.chain.poses, &pair, N_PAIRS_SLICE) {
+            return Work::ChainSweeps(sweeps, n_done);
+        }
+        sweeps.solve(&mut self.chain.poses, &self.params.graph);
+        if n_done + 1 < self.params.n_chain_sweeps {
+            return Work::ChainSweeps(sweeps, n_done + 1);
+        }
+        Work::Closures(Box::new(ClosureSearch::new(self.evidence(), &self.refused)))
+    }
+
+    fn evidence(&self) -> Evidence<'_> {
+        Evidence {
+            travel: &self.travel,
+            keys: &self.keys,
+            chain: &self.chain,
+            params: &self.params,
+            frame: self.frame,
+        }
+    }
+
+    fn search_some(&mut self, mut search: Box<ClosureSearch>) -> Work {
+        if search.advance(self.evidence()) {
+            return Work::Closures(search);
+        }
+        let live = std::mem::replace(&mut self.key_poses, search.key_poses(&self.chain));
+        let mut pairs = pairs_along(self.keys.len());
+        let submap_of = search.submap_of();
+        let joined = search.joined();
+        let across = pairs_across(
+            &self.keys,
+            &self.key_poses,
+            (&submap_of, &joined),
+            &self.params.neighbours,
+        );
+        self.across = vec![Vec::new(); self.keys.len()];
+        for &(a, b) in &across {
+            self.across[a].push(b);
+            self.across[b].push(a);
+        }
+        pairs.extend(across);
+        let others = self.odometry_edges().chain(search.anchor_edges());
+        let sweeps = Sweeps::new(self.keys.len(), pairs, others);
+        self.live = live;
+        self.search = Some(search);
+        Work::Sweeps(sweeps, 0)
+    }
+
+    fn sweep_all(&mut self, mut sweeps: Sweeps, n_done: u32) -> Work {
+        let is_wide = n_done < self.params.n_wide_sweeps;
+        let pair = if is_wide { self.params.wide_pairs() } else { self.params.pairs() };
+        if sweeps.match_some(&self.keys, &self.key_poses, &pair, N_PAIRS_SLICE) {
+            return Work::Sweeps(sweeps, n_done);
+        }
+        let optimised = sweeps.solve(&mut self.key_poses, &self.params.graph);
+        let n_done = n_done + 1;
+        if n_done == self.params.n_wide_sweeps {
+            sweeps.forget();
+        }
+        let is_settled = self.params.n_wide_sweeps < n_done && optimised.step_last < STEP_MIN;
+        if n_done < self.params.n_sweeps_max && !is_settled {
+            return Work::Sweeps(sweeps, n_done);
+        }
+        self.before.chi2 = sweeps.chi2(&self.live);
+        self.after.chi2 = sweeps.chi2(&self.key_poses);
+        if let Some(search) = self.search.take() {
+            self.closures = search.ledger(self.evidence(), &self.key_poses);
+        }
+        self.n_placed = 0;
+        Work::Placing
+    }
+
+    fn place_some(&mut self) -> Work {
+        let around = Keys { keys: &self.keys, poses: &self.key_poses, across: &self.across };
+        let end = (self.n_placed + N_PLACED_SLICE).min(self.travel.scans.len());
+        let pair = self.params.pairs();
+        for scan in self.n_placed..end {
+            self.poses[scan] =
+                placed(&self.travel, scan, around, &pair, self.params.key_scans.range_max_m);
+        }
+        self.n_placed = end;
+        if end < self.travel.scans.len() {
+            Work::Placing
+        } else {
+            Work::After(Drawing::new(self.frame))
+        }
+    }
+
+    fn progress(&self) -> Option<LaserProgress> {
+        let of = |part: usize, all: usize| part as f64 / all.max(1) as f64;
+        let (stage, share) = match &self.work {
+            Work::Before(drawing) => {
+                (LaserStage::Before, 0.05 * of(drawing.n_done, self.keys.len()))
+            }
+            Work::Chain => {
+                (LaserStage::Chain, 0.05 + 0.1 * of(self.chain.poses.len(), self.keys.len()))
+            }
+            Work::ChainSweeps(..) => (LaserStage::Chain, 0.15),
+            Work::Closures(search) => {
+                (LaserStage::Closures, 0.2 + 0.3 * search.share(self.params.closures.n_passes_max))
+            }
+            Work::Sweeps(_, n) => (
+                LaserStage::Sweeps,
+                0.5 + 0.25 * of(*n as usize, self.params.n_sweeps_max as usize),
+            ),
+            Work::Placing => {
+                (LaserStage::Placing, 0.75 + 0.2 * of(self.n_placed, self.travel.scans.len()))
+            }
+            Work::After(drawing) => {
+                (LaserStage::After, 0.95 + 0.05 * of(drawing.n_done, self.keys.len()))
+            }
+            Work::Done => return None,
+        };
+        let search = match &self.work {
+            Work::Closures(search) => Some(search),
+            _ => self.search.as_ref(),
+        };
+        let (n_accepted, n_refused) = search.map_or_else(
+            || {
+                let n = self.closures.iter().filter(|c| c.verdict == Verdict::Accepted).count();
+                (n, self.closures.len() - n)
+            },
+            |search| search.counts(),
+        );
+        Some(LaserProgress { share, stage, n_accepted, n_refused })
     }
 
     /// What was found. Before [`LaserRelaxation::advance`] said that all is done: the poses as far as
     /// they are.
     pub fn into_outcome(self) -> LaserOutcome {
-        let figures =
-            |drawing: &Drawing| LaserFigures { sharpness: Sharpness::of_grid(&drawing.grid), chi2: 0.0 };
+        let pairs = self.poses.iter().zip(&self.travel.scans);
+        let moves = pairs.map(|(pose, scan)| pose.step_to(scan.map_from_robot).distance_m());
         LaserOutcome {
-            closures: Vec::new(),
-            before: figures(&self.before),
-            after: figures(&self.after),
-            move_max_m: self.poses.iter().zip(&self.travel.scans).map(|(p, s)| p.step_to(s.map_from_robot).distance_m()).fold(0.0, f64::max),
+            closures: self.closures,
+            before: self.before,
+            after: self.after,
+            move_max_m: moves.fold(0.0, f64::max),
             poses: self.poses,
         }
+    }
+}
+
+/// Sweeps end when no pose moves farther, in metres and radians.
+const STEP_MIN: f64 = 5e-4;
+
+impl Drawing {
+    fn new(frame: GridFrame) -> Self {
+        Self { grid: Grid::new(frame), marks: ScanMarks::new(), n_done: 0 }
+    }
+
+    /// Draws some more key scans. False when all are drawn.
+    fn draw(
+        &mut self,
+        travel: &LaserTravel,
+        keys: &[KeyScan],
+        poses: &[Pose],
+        params: &LaserRelaxationParams,
+    ) -> bool {
+        let end = (self.n_done + N_DRAWN_SLICE).min(keys.len());
+        for (key, &pose) in keys[self.n_done..end].iter().zip(&poses[self.n_done..end]) {
+            let scan = &travel.scans[key.scan];
+            if let Some(laser) = travel.lasers.get(scan.laser) {
+                let pose = pose * laser.robot_from_sensor;
+                let model = &params.mapping.beam_model;
+                self.grid.insert_scan(
+                    pose,
+                    &laser.geometry,
+                    &scan.ranges_m,
+                    model,
+                    &mut self.marks,
+                );
+            }
+        }
+        self.n_done = end;
+        end < keys.len()
     }
 }

@@ -77,7 +77,11 @@ impl Edge {
 
     /// rho of a square.
     fn cost(&self, chi2: f64) -> f64 {
-        if self.chi2_turn.is_finite() { chi2 * self.chi2_turn / (self.chi2_turn + chi2) } else { chi2 }
+        if self.chi2_turn.is_finite() {
+            chi2 * self.chi2_turn / (self.chi2_turn + chi2)
+        } else {
+            chi2
+        }
     }
 
     /// Derivative of rho, in (0, 1].
@@ -93,9 +97,15 @@ impl Edge {
         let (sin, cos) = from.theta_rad.sin_cos();
         let (dx, dy) = (to.x_m - from.x_m, to.y_m - from.y_m);
         let by_from = Matrix3::new(
-            -cos, -sin, -sin * dx + cos * dy,
-            sin, -cos, -cos * dx - sin * dy,
-            0.0, 0.0, -1.0,
+            -cos,
+            -sin,
+            -sin * dx + cos * dy,
+            sin,
+            -cos,
+            -cos * dx - sin * dy,
+            0.0,
+            0.0,
+            -1.0,
         );
         let by_to = Matrix3::new(cos, sin, 0.0, -sin, cos, 0.0, 0.0, 0.0, 1.0);
         Linear { error: self.error(from, to), by_from, by_to }

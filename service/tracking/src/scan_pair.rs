@@ -48,12 +48,8 @@ pub(crate) fn pair_form(
     params: &PairParams,
     stride: usize,
 ) -> PairForm {
-    let mut form = PairForm {
-        hessian: Matrix3::zeros(),
-        gradient: Vector3::zeros(),
-        n_met: 0,
-        n_asked: 0,
-    };
+    let mut form =
+        PairForm { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), n_met: 0, n_asked: 0 };
     #[expect(clippy::cast_possible_truncation, reason = "facets are kept in single precision")]
     let single = |number: f64| number as f32;
     let (sin, cos) = a_from_b.theta_rad.sin_cos();

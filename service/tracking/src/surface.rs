@@ -81,7 +81,9 @@ impl Surface {
         let hits: Vec<Option<Point2<f64>>> = geometry
             .readings(ranges_m)
             .map(|(bearing_rad, reading)| match reading {
-                Reading::Hit(range_m) if range_m <= range_max_m => Some(place(bearing_rad, range_m)),
+                Reading::Hit(range_m) if range_m <= range_max_m => {
+                    Some(place(bearing_rad, range_m))
+                }
                 _ => None,
             })
             .collect();

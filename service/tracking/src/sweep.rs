@@ -1,51 +1,117 @@
 //! Sweeps: every key scan matched with those taken near it, all poses found together.
 //!
 //! A sweep makes of each pair of neighbours the two edges that say what one saw of the walls of the
-//! other ([`pair_form`]) and of each step the edge of its odometry, and optimises the poses over all of
-//! them. Since matching is linearised anew with every sweep, the sweeps together are Gauss-Newton steps
-//! of one least-squares problem over all poses and all that was seen: F. Lu, E. Milios (1997), with
-//! distances from points to walls in place of those between points.
+//! other ([`pair_form`]), and optimises the poses over these and the edges of odometry and closures.
+//! Since matching is linearised anew with every sweep, the sweeps together are Gauss-Newton steps of one
+//! least-squares problem over all poses and all that was seen: F. Lu, E. Milios, "Globally consistent
+//! range scan alignment for environment mapping", Autonomous Robots 4 (1997), with distances from
+//! points to walls in place of those between points.
 
 use meetpoint_geometry::Pose;
 use nalgebra::Matrix3;
 
 use crate::key_scan::KeyScan;
-use crate::pose_graph::Edge;
+use crate::normal_equations::NormalEquations;
+use crate::pose_graph::{Edge, Optimised, PoseGraphParams, cost, optimise};
 use crate::scan_pair::{PairParams, moved, pair_form};
 
-/// Two key scans that may have seen the same walls. Invariant: the first was taken before.
+/// Two key scans that may have seen the same walls.
 pub(crate) type Pair = (usize, usize);
 
-/// The edges of a pair at the poses as they are: what the earlier scan saw of the later's walls, and
-/// the other way round. Edges without information if they saw nothing in common.
-pub(crate) fn pair_edges(
-    keys: &[KeyScan],
-    poses: &[Pose],
-    (a, b): Pair,
-    params: &PairParams,
-    n_facets_max: usize,
-) -> [Edge; 2] {
-    [(a, b), (b, a)].map(|(from, to)| {
-        let seen = poses[from].step_to(poses[to]);
-        let (here, there) = (&keys[from].surface, &keys[to].surface);
-        let stride = there.facets().len().div_ceil(n_facets_max.max(1));
-        let form = pair_form(here, there, seen, params, stride);
-        let met = N_MET_MIN <= form.n_met && MET_SHARE_MIN <= form.met_share();
-        let edge = Edge {
-            from,
-            to,
-            from_to: seen,
-            information: Matrix3::zeros(),
-            chi2_turn: f64::INFINITY,
-        };
-        if !met {
-            return edge;
-        }
-        Edge { from_to: moved(seen, form.step()), information: form.hessian, ..edge }
-    })
+/// Sweeps under way.
+#[derive(Debug)]
+pub(crate) struct Sweeps {
+    pairs: Vec<Pair>,
+    /// Two a pair, then the others.
+    edges: Vec<Edge>,
+    /// How each pair stood when it was last matched.
+    matched_at: Vec<Option<Pose>>,
+    equations: NormalEquations,
+    next: usize,
 }
 
+/// Facets of a scan that a pair looks at, at most.
+const N_FACETS_MAX: usize = 90;
 /// Pairs with fewer facets that met say nothing.
 const N_MET_MIN: u32 = 12;
 /// The same for a smaller share of those that were asked.
 const MET_SHARE_MIN: f64 = 0.15;
+/// A pair that moved by less, in metres and radians, is not matched again.
+const MOVED_MIN: f64 = 3e-4;
+
+impl Sweeps {
+    /// Sweeps over some pairs, with edges that stay as they are.
+    pub(crate) fn new(n_keys: usize, pairs: Vec<Pair>, others: impl Iterator<Item = Edge>) -> Self {
+        let unknown = |(from, to): Pair| Edge {
+            from,
+            to,
+            from_to: Pose::IDENTITY,
+            information: Matrix3::zeros(),
+            chi2_turn: f64::INFINITY,
+        };
+        let mut edges: Vec<Edge> =
+            pairs.iter().flat_map(|&(a, b)| [unknown((a, b)), unknown((b, a))]).collect();
+        edges.extend(others);
+        let equations = NormalEquations::new(n_keys, &edges);
+        Self { matched_at: vec![None; pairs.len()], pairs, edges, equations, next: 0 }
+    }
+
+    /// Lets every pair be matched again, however little it moved.
+    pub(crate) fn forget(&mut self) {
+        self.matched_at.fill(None);
+    }
+
+    /// Matches the next pairs, until `n_max` of them have been. False when none is left in this sweep.
+    pub(crate) fn match_some(
+        &mut self,
+        keys: &[KeyScan],
+        poses: &[Pose],
+        params: &PairParams,
+        n_max: usize,
+    ) -> bool {
+        let mut n_matched = 0;
+        while self.next < self.pairs.len() && n_matched < n_max {
+            let (a, b) = self.pairs[self.next];
+            let seen = poses[a].step_to(poses[b]);
+            if self.matched_at[self.next].is_none_or(|before| has_moved(before, seen)) {
+                self.edges[2 * self.next] = pair_edge(keys, poses, (a, b), params);
+                self.edges[2 * self.next + 1] = pair_edge(keys, poses, (b, a), params);
+                self.matched_at[self.next] = Some(seen);
+                n_matched += 1;
+            }
+            self.next += 1;
+        }
+        self.next < self.pairs.len()
+    }
+
+    /// Moves the poses by what was matched; the next sweep may begin.
+    pub(crate) fn solve(&mut self, poses: &mut Vec<Pose>, params: &PoseGraphParams) -> Optimised {
+        self.next = 0;
+        optimise(poses, &self.edges, &mut self.equations, params)
+    }
+
+    /// Square of all residuals in units of their deviations, at these poses.
+    pub(crate) fn chi2(&self, poses: &[Pose]) -> f64 {
+        cost(poses, &self.edges)
+    }
+}
+
+fn has_moved(before: Pose, now: Pose) -> bool {
+    let step = before.step_to(now);
+    MOVED_MIN < step.distance_m() || MOVED_MIN < step.theta_rad.abs()
+}
+
+/// What the scan of `to` says of where it lies seen from `from`, at the poses as they are; without
+/// information if they saw too little in common.
+fn pair_edge(keys: &[KeyScan], poses: &[Pose], (from, to): Pair, params: &PairParams) -> Edge {
+    let seen = poses[from].step_to(poses[to]);
+    let (here, there) = (&keys[from].surface, &keys[to].surface);
+    let stride = there.facets().len().div_ceil(N_FACETS_MAX).max(1);
+    let form = pair_form(here, there, seen, params, stride);
+    let edge =
+        Edge { from, to, from_to: seen, information: Matrix3::zeros(), chi2_turn: f64::INFINITY };
+    if form.n_met < N_MET_MIN || form.met_share() < MET_SHARE_MIN {
+        return edge;
+    }
+    Edge { from_to: moved(seen, form.step()), information: form.hessian, ..edge }
+}

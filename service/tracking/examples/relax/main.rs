@@ -38,8 +38,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let (outcome, slowest_s) = relaxed(travel.clone())?;
         let relaxed_s = began.elapsed().as_secs_f64();
         let live = travel.scans.iter().map(|scan| (scan.stamp_ns, scan.map_from_robot)).collect();
-        let after = travel.scans.iter().map(|scan| scan.stamp_ns).zip(outcome.poses.iter().copied());
-        println!("{name}: {} scans, mapped in {mapped_s:.2} s, relaxed in {relaxed_s:.2} s (slice {slowest_s:.3} s)", scans.len());
+        let after =
+            travel.scans.iter().map(|scan| scan.stamp_ns).zip(outcome.poses.iter().copied());
+        println!(
+            "{name}: {} scans, mapped in {mapped_s:.2} s, relaxed in {relaxed_s:.2} s (slice {slowest_s:.3} s)",
+            scans.len()
+        );
         println!("  live    {}", relations.errors(&live));
         println!("  relaxed {}", relations.errors(&after.collect()));
         print_outcome(&outcome);

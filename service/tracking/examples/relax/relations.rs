@@ -34,7 +34,9 @@ impl Relations {
         let text = std::fs::read_to_string(path)?;
         let lines = text.lines().map(|line| line.split_whitespace().collect::<Vec<_>>());
         let relation = |words: Vec<&str>| -> Result<_, Box<dyn Error>> {
-            let [from, to, x, y, _, _, _, yaw] = words.as_slice() else { return Err("8 words".into()) };
+            let [from, to, x, y, _, _, _, yaw] = words.as_slice() else {
+                return Err("8 words".into());
+            };
             Ok((stamp_ns(from)?, stamp_ns(to)?, Pose::new(x.parse()?, y.parse()?, yaw.parse()?)))
         };
         lines.filter(|words| !words.is_empty()).map(relation).collect::<Result<_, _>>().map(Self)

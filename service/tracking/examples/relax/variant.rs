@@ -11,7 +11,10 @@ use crate::log::LoggedScan;
 /// The scans of a variant, and where it starts: `whole`, `thin` (every second scan), `first` and
 /// `second` (half), `long` and `short` (odometry's lengths off by 3 %), `turns` (its turns off by 3 %),
 /// `wrong` (5 % of the beams anywhere), `blind` (no odometry), `startN` (a start of that seed).
-pub(crate) fn of(log: &[LoggedScan], name: &str) -> Result<(Vec<LoggedScan>, Pose), Box<dyn Error>> {
+pub(crate) fn of(
+    log: &[LoggedScan],
+    name: &str,
+) -> Result<(Vec<LoggedScan>, Pose), Box<dyn Error>> {
     let half = log.len() / 2;
     let scans = match name {
         "thin" => log.iter().step_by(2).cloned().collect(),

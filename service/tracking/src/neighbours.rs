@@ -1,0 +1,86 @@
+//! Which key scans are matched with which: those just before and after, and those that were taken near
+//! on other passes that closures (or a short way) join.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use meetpoint_geometry::Pose;
+
+use crate::key_scan::KeyScan;
+use crate::sweep::Pair;
+
+/// Tunables of [`pairs_across`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NeighbourParams {
+    /// Key scans of other passes are matched up to this distance, in metres.
+    pub radius_m: f64,
+    /// Other passes that one is matched with, at most.
+    pub n_passes_max: usize,
+    /// Key scans with less way between them than this are near without a closure, in metres.
+    pub way_max_m: f64,
+}
+
+/// Differences of index at which a key scan is matched with later ones of the same pass.
+const STEPS: [usize; 4] = [1, 2, 4, 8];
+/// Key scans farther apart than this along the way belong to another pass.
+const N_OWN_PASS: usize = 20;
+/// Key scans no farther apart than this belong to one pass.
+const N_ONE_PASS: usize = 10;
+
+/// Each key scan with those that follow it.
+pub(crate) fn pairs_along(n_keys: usize) -> Vec<Pair> {
+    let later = |index: usize| STEPS.into_iter().map(move |step| (index, index + step));
+    (0..n_keys).flat_map(later).filter(|&(_, later)| later < n_keys).collect()
+}
+
+/// Each key scan with the nearest of every earlier pass, the nearest passes first. `submap_of` says
+/// which submap each belongs to, and `joined` which submaps closures join (the earlier first).
+pub(crate) fn pairs_across(
+    keys: &[KeyScan],
+    poses: &[Pose],
+    (submap_of, joined): (&[usize], &BTreeSet<(usize, usize)>),
+    params: &NeighbourParams,
+) -> Vec<Pair> {
+    let square = |pose: &Pose| {
+        #[expect(clippy::cast_possible_truncation, reason = "kilometres at most")]
+        let along = |x_m: f64| (x_m / params.radius_m).floor() as i32;
+        (along(pose.x_m), along(pose.y_m))
+    };
+    let mut squares: BTreeMap<(i32, i32), Vec<usize>> = BTreeMap::new();
+    let mut pairs = Vec::new();
+    for (index, pose) in poses.iter().enumerate() {
+        let (x, y) = square(pose);
+        let near = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+        let mut near: Vec<usize> =
+            near.filter_map(|at| squares.get(&at)).flatten().copied().collect();
+        near.retain(|&other| {
+            let way_m = keys[index].driven_m - keys[other].driven_m;
+            N_OWN_PASS < index - other
+                && pose.step_to(poses[other]).distance_m() <= params.radius_m
+                && (way_m <= params.way_max_m
+                    || joined.contains(&(submap_of[other], submap_of[index])))
+        });
+        near.sort_unstable();
+        let mut nearest = nearest_of_passes(&near, *pose, poses);
+        nearest.truncate(params.n_passes_max);
+        pairs.extend(nearest.into_iter().map(|other| (other, index)));
+        squares.entry((x, y)).or_default().push(index);
+    }
+    pairs
+}
+
+/// Of each run of key scans the one taken nearest to `pose`, the nearest first.
+fn nearest_of_passes(near: &[usize], pose: Pose, poses: &[Pose]) -> Vec<usize> {
+    let distance = |other: usize| {
+        let step = pose.step_to(poses[other]);
+        step.distance_m() + step.theta_rad.abs()
+    };
+    let mut found: Vec<(f64, usize)> = near
+        .chunk_by(|a, b| b - a <= N_ONE_PASS)
+        .filter_map(|pass| {
+            let rank = |&other: &usize| (distance(other), other);
+            pass.iter().map(rank).min_by(|a, b| a.0.total_cmp(&b.0))
+        })
+        .collect();
+    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    found.into_iter().map(|(_, other)| other).collect()
+}

@@ -1,0 +1,99 @@
+//! Placing the scans between key scans: each matched with the key scans around it.
+//!
+//! Its pose begins where the steps of live mapping from the key scans before and after it meet, and is
+//! held there the less the more the two disagree. Time O(scans * neighbours * facets).
+
+use meetpoint_geometry::{Pose, angle_between};
+use nalgebra::{Matrix3, Vector3};
+
+use crate::key_scan::{KeyScan, step};
+use crate::laser_travel::LaserTravel;
+use crate::scan_pair::{PairParams, moved, pair_form};
+use crate::surface::Surface;
+
+/// Key scans and where they are.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Keys<'a> {
+    pub(crate) keys: &'a [KeyScan],
+    pub(crate) poses: &'a [Pose],
+    /// For each, those on other passes that it is matched with.
+    pub(crate) across: &'a [Vec<usize>],
+}
+
+/// Steps of live mapping between scans err by this much, in metres and radians.
+const STEP_STD_M: f64 = 0.01;
+const STEP_STD_RAD: f64 = 0.005;
+/// Key scans of other passes that a scan is matched with, at most.
+const N_ACROSS_MAX: usize = 4;
+/// Facets of a scan that a match looks at, at most.
+const N_FACETS_MAX: usize = 60;
+/// Gauss-Newton steps.
+const N_STEPS: u32 = 2;
+/// Matches with fewer facets say nothing.
+const N_MET_MIN: u32 = 12;
+
+/// The robot's pose at a scan of the travel. Invariant: there is a key scan.
+pub(crate) fn placed(
+    travel: &LaserTravel,
+    scan: usize,
+    around: Keys<'_>,
+    params: &PairParams,
+    range_max_m: f64,
+) -> Pose {
+    let Keys { keys, poses, across } = around;
+    let after = keys.partition_point(|key| key.scan <= scan);
+    let (before, after) = (after.saturating_sub(1), after.min(keys.len() - 1));
+    if keys[before].scan == scan {
+        return poses[before];
+    }
+    let by = |key: usize| poses[key] * step(&travel.scans[keys[key].scan], &travel.scans[scan]);
+    let (from_before, from_after) = (by(before), by(after));
+    let (first, last) = (keys[before].scan as f64, keys[after].scan as f64);
+    let share = if before == after { 0.0 } else { (scan as f64 - first) / (last - first) };
+    let start = from_before.interpolate(from_after, share);
+    let apart = from_before.step_to(from_after);
+    let std_m = STEP_STD_M + 0.5 * apart.distance_m();
+    let std_rad = STEP_STD_RAD + 0.5 * apart.theta_rad.abs();
+    let Some(surface) = crate::key_scan::surface(travel, &travel.scans[scan], range_max_m) else {
+        return start;
+    };
+    let mut near = vec![before, after, before.saturating_sub(1), (after + 1).min(keys.len() - 1)];
+    let nearest = if share < 0.5 { before } else { after };
+    near.extend(across[nearest].iter().take(N_ACROSS_MAX));
+    near.sort_unstable();
+    near.dedup();
+    let information = Vector3::new(std_m.powi(-2), std_m.powi(-2), std_rad.powi(-2));
+    let near: Vec<(&Surface, Pose)> =
+        near.into_iter().map(|key| (&keys[key].surface, poses[key])).collect();
+    refined(&surface, start, &Matrix3::from_diagonal(&information), &near, params)
+}
+
+/// The pose that fits the surfaces near by, held at `start`.
+fn refined(
+    surface: &Surface,
+    start: Pose,
+    information: &Matrix3<f64>,
+    near: &[(&Surface, Pose)],
+    params: &PairParams,
+) -> Pose {
+    let stride = surface.facets().len().div_ceil(N_FACETS_MAX).max(1);
+    let mut pose = start;
+    for _ in 0..N_STEPS {
+        let turn = angle_between(start.theta_rad, pose.theta_rad);
+        let away = Vector3::new(pose.x_m - start.x_m, pose.y_m - start.y_m, turn);
+        let (mut hessian, mut gradient) = (*information, information * away);
+        for &(other, other_pose) in near {
+            let form = pair_form(other, surface, other_pose.step_to(pose), params, stride);
+            if form.n_met < N_MET_MIN {
+                continue;
+            }
+            let (sin, cos) = other_pose.theta_rad.sin_cos();
+            let turned = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+            hessian += turned * form.hessian * turned.transpose();
+            gradient += turned * form.gradient;
+        }
+        let Some(factor) = hessian.cholesky() else { break };
+        pose = moved(pose, -factor.solve(&gradient));
+    }
+    pose
+}

@@ -1,0 +1,108 @@
+//! Submaps: what was seen along a few metres of the way, as one rigid piece.
+
+use std::ops::Range;
+
+use meetpoint_geometry::{GridFrame, Point2, Pose};
+use meetpoint_occupancy::{BeamModel, Grid, ScanMarks};
+
+use crate::field::Field;
+use crate::key_scan::KeyScan;
+use crate::laser_travel::LaserTravel;
+use crate::params::FieldParams;
+use crate::wide_search::Bounds;
+
+/// How long submaps are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubmapParams {
+    /// A new one begins after this way, in metres...
+    pub way_m: f64,
+    /// ...or after so many key scans.
+    pub n_keys_max: usize,
+}
+
+/// A stretch of key scans.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Submap {
+    /// Its key scans.
+    pub(crate) keys: Range<usize>,
+    /// The one in the middle, whose pose is the submap's.
+    pub(crate) anchor: usize,
+}
+
+/// All key scans, cut into submaps. The last may be shorter than the others.
+pub(crate) fn submaps(keys: &[KeyScan], params: &SubmapParams) -> Vec<Submap> {
+    let mut found = Vec::new();
+    let mut first = 0;
+    for index in 0..keys.len() {
+        let way_m = keys[index].driven_m - keys[first].driven_m;
+        if params.way_m <= way_m || params.n_keys_max <= index - first {
+            found.push(submap(first..index));
+            first = index;
+        }
+    }
+    if first < keys.len() {
+        found.push(submap(first..keys.len()));
+    }
+    found
+}
+
+fn submap(keys: Range<usize>) -> Submap {
+    let anchor = usize::midpoint(keys.start, keys.end - 1);
+    Submap { keys, anchor }
+}
+
+/// Some key scans drawn in the frame of one of them.
+#[derive(Debug)]
+pub(crate) struct SubmapChart {
+    pub(crate) grid: Grid,
+    pub(crate) field: Field,
+    pub(crate) bounds: Bounds,
+}
+
+impl SubmapChart {
+    /// Draws the scans of `keys`, whose poses in any one frame are given, seen from `origin`.
+    pub(crate) fn new(
+        travel: &LaserTravel,
+        keys: impl Iterator<Item = (usize, Pose)>,
+        origin: Pose,
+        frame: GridFrame,
+        (model, params): (&BeamModel, &FieldParams),
+    ) -> Self {
+        let mut grid = Grid::new(frame);
+        let mut marks = ScanMarks::new();
+        for (scan, pose) in keys {
+            let scan = &travel.scans[scan];
+            if let Some(laser) = travel.lasers.get(scan.laser) {
+                let pose = origin.step_to(pose) * laser.robot_from_sensor;
+                grid.insert_scan(pose, &laser.geometry, &scan.ranges_m, model, &mut marks);
+            }
+        }
+        let field = Field::new(&grid, params);
+        let bounds = Bounds::new(&field);
+        Self { grid, field, bounds }
+    }
+}
+
+/// Hits of some key scans seen from `origin`, one of each square of `edge_m` metres, at most `n_max` of
+/// them and none farther than `range_max_m`.
+pub(crate) fn spread_points<'a>(
+    keys: impl Iterator<Item = (&'a KeyScan, Pose)>,
+    origin: Pose,
+    (edge_m, range_max_m): (f64, f64),
+    n_max: usize,
+) -> Vec<Point2<f64>> {
+    let mut places = std::collections::BTreeMap::new();
+    for (key, pose) in keys {
+        let seen = origin.step_to(pose);
+        for facet in key.surface.facets() {
+            let point = seen * facet.at.map(f64::from);
+            if point.x.hypot(point.y) <= range_max_m {
+                #[expect(clippy::cast_possible_truncation, reason = "within the range")]
+                let square = ((point.x / edge_m).floor() as i32, (point.y / edge_m).floor() as i32);
+                places.entry(square).or_insert(point);
+            }
+        }
+    }
+    let stride = places.len().div_ceil(n_max.max(1)).max(1);
+    places.into_values().step_by(stride).collect()
+}
