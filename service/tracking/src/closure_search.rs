@@ -21,11 +21,10 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::chain::Chain;
 use crate::closure::{Closure, ClosureKey, Refusal, Verdict};
-use crate::field::FULL;
 use crate::key_scan::KeyScan;
 use crate::laser_travel::LaserTravel;
 use crate::normal_equations::NormalEquations;
-use crate::peaks::{PeakParams, peaks_in_window};
+use crate::peaks::peaks_in_window;
 use crate::pose_graph::{Edge, optimise};
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::scan_pair::PairParams;
@@ -57,6 +56,8 @@ pub(crate) struct ClosureSearch {
     /// By the two submaps.
     pub(crate) found: BTreeMap<(usize, usize), Found>,
     refused: BTreeSet<ClosureKey>,
+    /// What was guessed when a pair was last matched.
+    tried: BTreeMap<(usize, usize), (Pose, f64)>,
     charts: VecDeque<(usize, SubmapChart)>,
     next: usize,
     n_passes: u32,
@@ -93,6 +94,7 @@ impl ClosureSearch {
             edges: Vec::new(),
             found: BTreeMap::new(),
             refused: refused.iter().copied().collect(),
+            tried: BTreeMap::new(),
             charts: VecDeque::new(),
             next: 0,
             n_passes: 0,
@@ -201,8 +203,11 @@ impl ClosureSearch {
 
     /// Matches a submap with one that it may lie near. True if a closure was accepted.
     fn consider(&mut self, guess: Guess, to: usize, evidence: Evidence<'_>) -> bool {
-        let Some(mut found) = self.matched(guess, to, evidence) else { return false };
         let pair = (guess.from, to);
+        if self.was_tried(pair, guess) {
+            return false;
+        }
+        let Some(mut found) = self.matched(guess, to, evidence) else { return false };
         let mut accepted = vec![];
         if found.verdict == Verdict::Accepted {
             let alone = position_std_m(&guess.covariance) <= evidence.params.closures.alone_std_m;
@@ -221,6 +226,19 @@ impl ClosureSearch {
             self.accept(pair, evidence);
         }
         !accepted.is_empty()
+    }
+
+    /// True if a pair was matched before and as much was known; notes what is known now.
+    fn was_tried(&mut self, pair: (usize, usize), guess: Guess) -> bool {
+        let std_m = position_std_m(&guess.covariance);
+        let same = self.tried.get(&pair).is_some_and(|&(before, std_before_m)| {
+            before.step_to(guess.from_to).distance_m() < SAME_SHARE * std_m
+                && std_before_m * (1.0 - SAME_SHARE) < std_m
+        });
+        if !same {
+            self.tried.insert(pair, (guess.from_to, std_m));
+        }
+        same
     }
 
     fn accept(&mut self, pair: (usize, usize), evidence: Evidence<'_>) {
@@ -266,9 +284,13 @@ impl ClosureSearch {
                 .clamp(closures.half_min_rad, closures.half_max_rad),
             step_rad: closures.step_rad,
         };
+        let half_m = closures.point_range_m + guess.distance_m + window.half_m;
+        #[expect(clippy::cast_possible_truncation, reason = "clamped")]
+        let half = (half_m / params.resolution_m).clamp(0.0, N_CELLS_HALF_MAX) as i32;
         let chart = self.chart(guess.from, evidence);
+        chart.reach(half);
         let peaks =
-            peaks_in_window((&chart.field, &chart.bounds), &points, &window, &closures.peaks());
+            peaks_in_window((&chart.field, &chart.pyramid), &points, &window, &closures.peaks());
         let likelihood = |pose: Pose, score: f64| {
             let away = Edge {
                 from: 0,
@@ -298,7 +320,10 @@ impl ClosureSearch {
         let covariance = (fit.information + Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.0)))
             .try_inverse()?
             + closures.match_floor();
-        let few = (fit.n_agreeing as f64) < closures.agreeing_share_min * fit.n_asked as f64;
+        let chart = self.chart(guess.from, evidence);
+        let (n_agreeing, n_asked) = agreeing(chart, &there, fit.from_to);
+        let few = n_asked < N_ASKED_MIN
+            || (n_agreeing as f64) < closures.agreeing_share_min * n_asked as f64;
         let verdict = if lead < closures.log_odds_min {
             Verdict::Refused(Refusal::Ambiguous)
         } else if few
@@ -372,7 +397,7 @@ impl ClosureSearch {
     }
 
     /// The chart of a submap and its neighbours.
-    fn chart(&mut self, submap: usize, evidence: Evidence<'_>) -> &SubmapChart {
+    fn chart(&mut self, submap: usize, evidence: Evidence<'_>) -> &mut SubmapChart {
         let Evidence { travel, keys, chain, params, frame } = evidence;
         if let Some(place) = self.charts.iter().position(|(of, _)| *of == submap) {
             if let Some(chart) = self.charts.remove(place) {
@@ -390,7 +415,8 @@ impl ClosureSearch {
             }
             self.charts.push_back((submap, chart));
         }
-        &self.charts[self.charts.len() - 1].1
+        let last = self.charts.len() - 1;
+        &mut self.charts[last].1
     }
 
     fn optimise(&mut self, evidence: Evidence<'_>) {
@@ -507,8 +533,12 @@ impl ClosureSearch {
     }
 }
 
+/// A guess is another if it or its deviation changed by this share of the deviation.
+const SAME_SHARE: f64 = 0.3;
+/// Charts are searched no farther than this from their origin, in cells.
+const N_CELLS_HALF_MAX: f64 = 1000.0;
 /// Charts that are kept: some megabytes each.
-const N_CHARTS_MAX: usize = 24;
+const N_CHARTS_MAX: usize = 12;
 
 /// Covariance of one key scan seen from another before it, along the chain.
 fn along(chain: &Chain, (from, to): (usize, usize)) -> Matrix3<f64> {
@@ -524,6 +554,34 @@ fn position_std_m(covariance: &Matrix3<f64>) -> f64 {
     let (xx, xy, yy) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
     (0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt()).max(0.0).sqrt()
 }
+
+/// Scans of which enough lies on mapped space, how many of them agree with the walls there, the latter
+/// first.
+fn agreeing(chart: &SubmapChart, scans: &[Placed<'_>], pose: Pose) -> (usize, usize) {
+    let (mut n_agreeing, mut n_asked) = (0, 0);
+    for (key, seen) in scans {
+        let place = pose * *seen;
+        let (mut n_known, mut n_met) = (0_usize, 0_usize);
+        for facet in key.surface.facets() {
+            let at = place * facet.at.map(f64::from);
+            let (value, _, _) = chart.field.interpolate(at);
+            let known = WALL_VALUE_MIN <= value
+                || chart.grid.log_odds(chart.grid.frame().cell_at(at)).is_some();
+            n_known += usize::from(known);
+            n_met += usize::from(WALL_VALUE_MIN <= value);
+        }
+        if N_KNOWN_MIN <= n_known && key.surface.facets().len() <= 3 * n_known {
+            n_asked += 1;
+            n_agreeing += usize::from(2 * n_known < 3 * n_met);
+        }
+    }
+    (n_agreeing, n_asked)
+}
+
+/// A scan with fewer facets on mapped space is not asked.
+const N_KNOWN_MIN: usize = 20;
+/// Fewer scans than this confirm nothing.
+const N_ASKED_MIN: usize = 3;
 
 /// Share of the points on mapped space that lie where others saw through.
 fn contradicted_share(chart: &SubmapChart, points: &[Point2<f64>], pose: Pose) -> f64 {
@@ -544,4 +602,3 @@ fn contradicted_share(chart: &SubmapChart, points: &[Point2<f64>], pose: Pose) -
 const FREE_LOG_ODDS_MAX: f32 = -1.0;
 /// A place where the field reaches this lies at a wall.
 const WALL_VALUE_MIN: f64 = 0.1;
-const _: f64 = FULL;

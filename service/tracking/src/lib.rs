@@ -19,6 +19,7 @@ mod peaks;
 mod placing;
 mod points;
 mod pose_graph;
+mod pyramid;
 mod relaxation_params;
 mod scan_pair;
 mod search;

@@ -1,18 +1,17 @@
-//! The best places of a window where a scan fits, and those that rival them.
+//! The places of a window where some points fit, and those that rival them, by branch and bound.
 //!
-//! As [`best_in_wide_window`](crate::wide_search::best_in_wide_window), but all blocks are looked into
-//! whose bound reaches a share of the best score, and what is found there is thinned to places that
-//! lie apart. A match is worth only as much as it beats its rivals by. Time as there, and more the more
-//! rivals there are.
+//! For each heading the window is cut into squares of shifts; a square whose bound ([`Pyramid`]) does
+//! not reach a share of the best score so far is dropped, others are cut into smaller ones, the most
+//! promising first. What is left is thinned to places that lie apart. A match is worth only as much as
+//! it beats its rivals by. Time O(headings * squares * points), and more the more rivals there are.
 
 use std::cmp::Reverse;
 
-use meetpoint_geometry::{Point2, Pose};
+use meetpoint_geometry::{Cell, Point2, Pose};
 
 use crate::field::{FULL, Field};
-use crate::search::search_block;
-use crate::search::{Candidate, N_POINTS_MAX, Prior, Window, block_lows, headings, place_points};
-use crate::wide_search::{Bounds, Branch, bound_sum};
+use crate::pyramid::{LEVELS, Pyramid};
+use crate::search::{Candidate, Window, headings, place_points};
 
 /// What counts as a place of its own, and which are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,52 +28,108 @@ pub(crate) struct PeakParams {
     pub(crate) n_max: usize,
 }
 
+/// A square of shifts at one heading.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Square {
+    bound: Reverse<u32>,
+    heading: usize,
+    /// The lowest shift, x and y.
+    low: (i32, i32),
+}
+
+/// The shifts of one heading.
+struct Shifts<'a> {
+    pyramid: &'a Pyramid,
+    /// The points' cells unshifted.
+    cells: &'a [Cell],
+    /// Shifts go from -half to half.
+    half: i32,
+}
+
 /// The poses of the window's lattice where the points fit, best first; no two of them near each other.
-/// Of each heading and block of shifts only the best counts.
+/// Of each heading and coarsest square only the best counts. The score is the mean of the field, in
+/// 0..=1.
 pub(crate) fn peaks_in_window(
-    (field, bounds): (&Field, &Bounds),
+    (field, pyramid): (&Field, &Pyramid),
     points: &[Point2<f64>],
     window: &Window,
     params: &PeakParams,
 ) -> Vec<Candidate> {
-    let points = &points[..points.len().min(N_POINTS_MAX)];
     if points.is_empty() || !window.center.is_finite() {
         return Vec::new();
     }
-    let headings: Vec<_> = headings(window).collect();
+    let headings: Vec<Pose> = headings(window).collect();
     let half = window.half_cells(field.resolution_m());
-    let scale = 1.0 / (FULL * points.len() as f64);
-    let mut cells = Vec::with_capacity(points.len());
-    let mut branches = Vec::new();
-    for (heading, &pose) in (0_u32..).zip(&headings) {
-        place_points(field, points, pose, &mut cells);
-        for low in block_lows(half) {
-            let bound = bound_sum(bounds, &cells, low);
-            if params.score_min < f64::from(bound) * scale {
-                branches.push(Branch { bound: Reverse(bound), heading, low: (low.x, low.y) });
-            }
-        }
+    let full = FULL * points.len() as f64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a sum")]
+    let floor_of = |best: u32| {
+        (params.score_min * full).max(params.rival_share * f64::from(best)).max(0.0) as u32
+    };
+    let mut cells = vec![Vec::with_capacity(points.len()); headings.len()];
+    let mut squares = Vec::new();
+    for (heading, (&pose, cells)) in headings.iter().zip(&mut cells).enumerate() {
+        place_points(field, points, pose, cells);
+        let shifts = Shifts { pyramid, cells, half };
+        let whole = shifts.squares(0, (-half, -half), half + half + 1);
+        squares.extend(whole.map(|(bound, low)| Square { bound: Reverse(bound), heading, low }));
     }
-    branches.sort_unstable();
-    let prior =
-        Prior { center: window.center, gain_per_m2: 0.0, gain_per_rad2: 0.0, loss_max: 0.0 };
-    let (mut found, mut best) = (Vec::new(), params.score_min);
-    for Branch { bound: Reverse(bound), heading, low: (x, y) } in branches {
-        let floor = params.score_min.max(params.rival_share * best);
-        if f64::from(bound) * scale <= floor {
+    squares.sort_unstable();
+    let (mut found, mut best) = (Vec::new(), 0);
+    for Square { bound: Reverse(bound), heading, low } in squares {
+        let floor = floor_of(best);
+        if bound <= floor {
             break;
         }
-        let pose = headings[heading as usize];
-        place_points(field, points, pose, &mut cells);
-        let mut candidate = Candidate { pose, score: floor };
-        let low = meetpoint_geometry::Cell { x, y };
-        search_block(field, &cells, (pose, half), low, (&prior, &mut candidate));
-        if floor < candidate.score {
-            best = best.max(candidate.score);
-            found.push(candidate);
+        let shifts = Shifts { pyramid, cells: &cells[heading], half };
+        if let Some((sum, (x, y))) = shifts.best_of(0, low, floor) {
+            best = best.max(sum);
+            let pose = headings[heading];
+            let shifted = Pose {
+                x_m: pose.x_m + f64::from(x) * field.resolution_m(),
+                y_m: pose.y_m + f64::from(y) * field.resolution_m(),
+                ..pose
+            };
+            found.push(Candidate { pose: shifted, score: f64::from(sum) / full });
         }
     }
-    thinned(found, params.rival_share * best, params)
+    thinned(found, f64::from(floor_of(best)) / full, params)
+}
+
+impl Shifts<'_> {
+    /// The squares of a level that cover `edge` shifts from `low` on, with their bounds.
+    fn squares(
+        &self,
+        level: usize,
+        low: (i32, i32),
+        edge: i32,
+    ) -> impl Iterator<Item = (u32, (i32, i32))> {
+        let step = 1 << LEVELS[level];
+        let from = move |low: i32| (low..(low + edge).min(self.half + 1)).step_by(step);
+        from(low.1).flat_map(move |y| {
+            from(low.0).map(move |x| (self.pyramid.sum(level, self.cells, Cell { x, y }), (x, y)))
+        })
+    }
+
+    /// The best shift of a square of a level whose sum is more than `floor`, and that sum.
+    fn best_of(&self, level: usize, low: (i32, i32), floor: u32) -> Option<(u32, (i32, i32))> {
+        let (edge, next) = (1 << LEVELS[level], level + 1);
+        let mut squares: Vec<_> = self.squares(next, low, edge).collect();
+        squares.sort_by_key(|&(bound, low)| (Reverse(bound), low));
+        let mut best: Option<(u32, (i32, i32))> = None;
+        for (bound, low) in squares {
+            let floor = best.map_or(floor, |(sum, _)| sum);
+            if bound <= floor {
+                break;
+            }
+            let found = if next + 1 == LEVELS.len() {
+                Some((bound, low))
+            } else {
+                self.best_of(next, low, floor)
+            };
+            best = found.or(best);
+        }
+        best
+    }
 }
 
 /// The best, the best of those apart from it, and so on.

@@ -9,7 +9,7 @@ use crate::field::Field;
 use crate::key_scan::KeyScan;
 use crate::laser_travel::LaserTravel;
 use crate::params::FieldParams;
-use crate::wide_search::Bounds;
+use crate::pyramid::Pyramid;
 
 /// How long submaps are.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,7 +56,7 @@ fn submap(keys: Range<usize>) -> Submap {
 pub(crate) struct SubmapChart {
     pub(crate) grid: Grid,
     pub(crate) field: Field,
-    pub(crate) bounds: Bounds,
+    pub(crate) pyramid: Pyramid,
 }
 
 impl SubmapChart {
@@ -78,8 +78,15 @@ impl SubmapChart {
             }
         }
         let field = Field::new(&grid, params);
-        let bounds = Bounds::new(&field);
-        Self { grid, field, bounds }
+        let pyramid = Pyramid::new(&field, 0);
+        Self { grid, field, pyramid }
+    }
+
+    /// Sees to it that the pyramid reaches up to `half` cells along each axis.
+    pub(crate) fn reach(&mut self, half: i32) {
+        if self.pyramid.half() < half {
+            self.pyramid = Pyramid::new(&self.field, half);
+        }
     }
 }
 

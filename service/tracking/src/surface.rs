@@ -7,7 +7,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-use meetpoint_geometry::{Point2, Pose, Vector2};
+use meetpoint_geometry::{Point2, Vector2};
 use meetpoint_occupancy::Reading;
 
 use crate::laser_travel::TravelLaser;

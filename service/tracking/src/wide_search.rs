@@ -23,13 +23,12 @@ const N_BLOCKS: usize = 4;
 
 /// For each tile and each of its 4 by 4 blocks, the highest value of the 32 by 32 cells from the
 /// block's first on: whatever cell of the block a block of shifts starts from, it stays below.
-#[derive(Debug)]
-pub(crate) struct Bounds {
+struct Bounds {
     tiles: HashMap<TileIndex, [u8; N_BLOCKS * N_BLOCKS], TileHashing>,
 }
 
 impl Bounds {
-    pub(crate) fn new(field: &Field) -> Self {
+    fn new(field: &Field) -> Self {
         Self { tiles: field.tiles().map(|(index, tile)| (index, tile_bounds(tile))).collect() }
     }
 
@@ -58,10 +57,10 @@ fn tile_bounds(tile: &FieldTile) -> [u8; N_BLOCKS * N_BLOCKS] {
 
 /// A block of shifts of one heading, and the sum that it cannot exceed.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(crate) struct Branch {
-    pub(crate) bound: Reverse<u32>,
-    pub(crate) heading: u32,
-    pub(crate) low: (i32, i32),
+struct Branch {
+    bound: Reverse<u32>,
+    heading: u32,
+    low: (i32, i32),
 }
 
 /// The best pose of the window's lattice, as
@@ -106,7 +105,7 @@ pub(crate) fn best_in_wide_window(
     best
 }
 
-pub(crate) fn bound_sum(bounds: &Bounds, cells: &[Cell], low: Cell) -> u32 {
+fn bound_sum(bounds: &Bounds, cells: &[Cell], low: Cell) -> u32 {
     cells
         .iter()
         .map(|cell| u32::from(bounds.at(Cell { x: cell.x + low.x, y: cell.y + low.y })))

@@ -12,8 +12,9 @@ use std::time::Instant;
 use meetpoint_geometry::{GridFrame, Pose};
 use meetpoint_occupancy::{Grid, ScanMarks, png};
 use meetpoint_tracking::{
-    DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap,
-    MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
+    DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserStage, LaserTravel,
+    LiveMap, MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig,
+    SessionKey,
 };
 
 use log::LoggedScan;
@@ -69,6 +70,16 @@ fn print_outcome(outcome: &LaserOutcome) {
         outcome.before.chi2,
         outcome.after.chi2,
     );
+    let mut verdicts = std::collections::BTreeMap::<String, usize>::new();
+    for closure in &outcome.closures {
+        *verdicts.entry(format!("{:?}", closure.verdict)).or_default() += 1;
+    }
+    println!("  {verdicts:?}");
+    if std::env::var("LEDGER").is_ok() {
+        for closure in &outcome.closures {
+            println!("  {closure:?}");
+        }
+    }
 }
 
 /// What live mapping says of the scans.
@@ -104,14 +115,27 @@ fn relaxed(travel: LaserTravel) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
     let mut relaxation =
         LaserRelaxation::new(travel, params, &[]).map_err(|_| "no such resolution")?;
     let mut slowest_s = 0.0_f64;
+    let (mut stage, mut stages) = (LaserStage::Before, Vec::<(LaserStage, f64)>::new());
     loop {
         let began = Instant::now();
         let progress = relaxation.advance();
-        slowest_s = slowest_s.max(began.elapsed().as_secs_f64());
-        if progress.is_none() {
-            return Ok((relaxation.into_outcome(), slowest_s));
+        let took_s = began.elapsed().as_secs_f64();
+        slowest_s = slowest_s.max(took_s);
+        match stages.last_mut() {
+            Some((last, sum_s)) if *last == stage => *sum_s += took_s,
+            _ => stages.push((stage, took_s)),
         }
+        let Some(progress) = progress else {
+            println!("  {}", told(&stages));
+            return Ok((relaxation.into_outcome(), slowest_s));
+        };
+        stage = progress.stage;
     }
+}
+
+fn told(stages: &[(LaserStage, f64)]) -> String {
+    let told = stages.iter().map(|(stage, took_s)| format!("{stage:?} {took_s:.2} s"));
+    told.collect::<Vec<_>>().join(", ")
 }
 
 fn picture(travel: &LaserTravel, poses: &[Pose]) -> Result<Vec<u8>, Box<dyn Error>> {

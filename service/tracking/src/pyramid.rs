@@ -1,0 +1,113 @@
+//! A likelihood field with its bounds at several scales.
+//!
+//! ```text
+//! level h:   M_h(cell) = max over the 2^h by 2^h cells from `cell` on of the field
+//! ```
+//!
+//! so that the sum of M_h over some points' cells bounds what the field can be at the points shifted by
+//! 0 to 2^h - 1 cells along either axis: W. Hess, D. Kohler, H. Rapp, D. Andor, "Real-time loop closure
+//! in 2D LIDAR SLAM", ICRA 2016, section V-B. Each level is made of the one before by doubling the
+//! squares. Space: a byte a cell and level.
+
+use meetpoint_geometry::Cell;
+use meetpoint_occupancy::{TILE_CELLS, TileIndex};
+
+use crate::field::{Field, FieldTile, STRIDE};
+
+/// Scales, from the coarsest, as powers of two; the last is the field itself.
+pub(crate) const LEVELS: [u32; 4] = [5, 3, 1, 0];
+
+/// A field's square about the origin, at all of [`LEVELS`].
+#[derive(Clone, Debug)]
+pub(crate) struct Pyramid {
+    first: Cell,
+    half: i32,
+    width: usize,
+    levels: [Vec<u8>; LEVELS.len()],
+}
+
+impl Pyramid {
+    /// Of the cells up to `half` from the origin along each axis.
+    pub(crate) fn new(field: &Field, half: i32) -> Self {
+        // Squares begin up to a coarsest square's edge before what they bound.
+        let margin = 1 << LEVELS[0];
+        let first = Cell { x: -half - margin, y: -half - margin };
+        let width = usize::try_from(2 * half + margin + 1).unwrap_or(0);
+        let mut finest = vec![0; width * width];
+        for (index, tile) in field.tiles() {
+            copy_tile(index, tile, first, (&mut finest, width));
+        }
+        let mut levels: [Vec<u8>; LEVELS.len()] = Default::default();
+        let (mut scale, mut now) = (0, finest);
+        for (level, values) in LEVELS.into_iter().zip(&mut levels).rev() {
+            while scale < level {
+                double(&mut now, width, 1 << scale);
+                scale += 1;
+            }
+            values.clone_from(&now);
+        }
+        Self { first, half, width, levels }
+    }
+
+    /// How far it reaches along each axis, in cells.
+    pub(crate) fn half(&self) -> i32 {
+        self.half
+    }
+
+    /// Sum of a level's values at some cells, all shifted by the same.
+    #[inline]
+    pub(crate) fn sum(&self, level: usize, cells: &[Cell], shift: Cell) -> u32 {
+        let values = &self.levels[level];
+        let (x, y) = (shift.x - self.first.x, shift.y - self.first.y);
+        cells
+            .iter()
+            .map(|cell| {
+                let (x, y) = (cell.x + x, cell.y + y);
+                #[expect(clippy::cast_sign_loss, reason = "what is negative becomes too large")]
+                let (x, y) = (x as u32 as usize, y as u32 as usize);
+                if x < self.width && y < self.width {
+                    u32::from(values[y * self.width + x])
+                } else {
+                    0
+                }
+            })
+            .sum()
+    }
+}
+
+/// Copies what a tile has of the square whose first cell is given.
+fn copy_tile(index: TileIndex, tile: &FieldTile, first: Cell, (values, width): (&mut [u8], usize)) {
+    let end = i32::try_from(width).unwrap_or(0);
+    let (x, y) = (index.x * TILE_CELLS - first.x, index.y * TILE_CELLS - first.y);
+    let (low, high) = (x.max(0), (x + TILE_CELLS).min(end));
+    for row in y.max(0)..(y + TILE_CELLS).min(end) {
+        if high <= low {
+            return;
+        }
+        let at = |x: i32, y: i32, stride: usize| len(y) * stride + len(x);
+        let from = at(low - x, row - y, STRIDE);
+        let to = at(low, row, width);
+        let n = len(high - low);
+        values[to..to + n].copy_from_slice(&tile.values[from..from + n]);
+    }
+}
+
+fn len(n: i32) -> usize {
+    usize::try_from(n).unwrap_or(0)
+}
+
+/// Makes maxima of squares of `edge` cells into those of squares of twice the edge.
+fn double(values: &mut [u8], width: usize, edge: usize) {
+    // Each value is joined with one that stands later and is not changed yet.
+    for row in values.chunks_exact_mut(width.max(1)) {
+        for x in 0..width.saturating_sub(edge) {
+            row[x] = row[x].max(row[x + edge]);
+        }
+    }
+    for y in 0..width.saturating_sub(edge) {
+        let (here, later) = values[y * width..].split_at_mut(edge * width);
+        for (value, &next) in here[..width].iter_mut().zip(&later[..width]) {
+            *value = next.max(*value);
+        }
+    }
+}
