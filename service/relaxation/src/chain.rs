@@ -10,7 +10,7 @@ use crate::calibration::Calibration;
 use crate::error_model::{ErrorModel, Way};
 use crate::least_squares::{Bearing, Chain, Estimate, Node};
 use crate::motion::Motion;
-use crate::travel::{Sighting, Step, Travel};
+use crate::travel::{Step, Travel};
 
 /// Over the longest part of a travel that one linear model of the drift has to bear, the drift may
 /// bend the way by this much either side, in radians.
@@ -29,8 +29,6 @@ const N_DRIFTS_MAX: usize = 101;
 pub(crate) struct Chains {
     roots: Vec<Root>,
     n_nodes: usize,
-    /// Step and index within it, by sighting.
-    places: Vec<(usize, usize)>,
 }
 
 #[derive(Clone, Debug)]
@@ -62,14 +60,8 @@ impl Chains {
                 Root { open, closed, log_share }
             })
             .collect();
-        let places = travel
-            .steps
-            .iter()
-            .enumerate()
-            .flat_map(|(index, step)| (0..step.sightings.len()).map(move |within| (index, within)))
-            .collect();
         let n_nodes = travel.steps.iter().filter(|step| is_node(step)).count();
-        Self { roots, n_nodes, places }
+        Self { roots, n_nodes }
     }
 
     pub(crate) fn n_roots(&self) -> usize {
@@ -100,11 +92,6 @@ impl Chains {
 
     pub(crate) fn bearings(&self, node: usize) -> &[Bearing] {
         &self.roots[0].closed.nodes[node].bearings
-    }
-
-    pub(crate) fn sighting<'a>(&self, travel: &'a Travel, seen: &Bearing) -> &'a Sighting {
-        let (step, within) = self.places[seen.sighting];
-        &travel.steps[step].sightings[within]
     }
 }
 

@@ -128,7 +128,7 @@ fn seen(travel: &Travel, association: &[Option<u32>], n: usize) -> (Vec<Landmark
 
 /// By sighting: the landmark that fits it best from where the fit has the robot, those that fit best
 /// first.
-fn reassigned(
+pub(crate) fn reassigned(
     travel: &Travel,
     model: &ErrorModel,
     (before, fit): (&[Option<u32>], &Refined),

@@ -5,8 +5,9 @@
 use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{DMatrix, Matrix2x3};
 
+use crate::branch::Branch;
 use crate::least_squares::{Chain, Estimate};
-use crate::search::{Branch, SearchParams};
+use crate::search::SearchParams;
 use crate::travel::Detector;
 
 /// A robot that comes this near to a landmark has reached it, in metres; only then a person would

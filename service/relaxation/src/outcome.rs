@@ -6,9 +6,10 @@ use nalgebra::Matrix2;
 use crate::calibration::Calibration;
 use crate::error_model::ErrorModel;
 use crate::hypothesis::Hypothesis;
+use crate::key_steps::KeySteps;
 use crate::landmark::LandmarkKind;
-use crate::refine::{poses_at_all_steps, refined};
 use crate::travel::Travel;
+use crate::whole::Whole;
 
 /// Alternatives told at most.
 const N_ALTERNATIVES_MAX: usize = 5;
@@ -20,7 +21,7 @@ pub struct Outcome {
     pub poses: Vec<Pose>,
     /// What undoes the odometry's steady errors.
     pub calibration: Calibration,
-    /// In the order in which they are first seen.
+    /// In the order in which the search first saw them.
     pub landmarks: Vec<MappedLandmark>,
     /// By sighting: index of its landmark, `None` if it was a false one.
     pub association: Vec<Option<u32>>,
@@ -62,26 +63,25 @@ pub struct Alternative {
     pub in_doubt: Vec<(usize, usize)>,
 }
 
-/// What follows from hypotheses, the best first. `None` if there is none, or it cannot be fitted.
+/// What follows from hypotheses about the key steps, the best first. `None` if there is none, or it
+/// cannot be fitted.
 pub(crate) fn outcome(
-    travel: &Travel,
+    (travel, keys): (&Travel, &KeySteps),
     model: &ErrorModel,
     hypotheses: &[Hypothesis],
 ) -> Option<Outcome> {
     let best = hypotheses.first()?;
-    let poses = poses_at_all_steps(travel, &best.poses, &best.calibration);
-    let before = poses.clone();
-    let refined = refined(travel, model, &best.association, (poses, best.calibration))?;
+    let Whole { association, fit: refined, moved_m } = Whole::of(travel, keys, model, best)?;
     let weights = weights(hypotheses);
-    let groups: Vec<Vec<Vec<usize>>> =
+    let key_groups: Vec<Vec<Vec<usize>>> =
         hypotheses.iter().map(|hypothesis| groups(&hypothesis.association)).collect();
     let places = sighting_places(travel);
-    let landmarks = groups[0]
+    let landmarks = groups(&association)
         .iter()
         .enumerate()
         .map(|(landmark, group)| {
-            let holds = |groups: &Vec<Vec<usize>>| groups.contains(group);
-            let certainty = weights.iter().zip(&groups).filter(|(_, all)| holds(all));
+            let holds = |groups: &Vec<Vec<usize>>| groups.contains(&key_groups[0][landmark]);
+            let certainty = weights.iter().zip(&key_groups).filter(|(_, all)| holds(all));
             let (step, within) = places[group[0]];
             MappedLandmark {
                 position: refined.landmarks[landmark],
@@ -97,25 +97,22 @@ pub(crate) fn outcome(
         .collect();
     let alternatives = hypotheses
         .iter()
-        .zip(&groups)
+        .zip(&key_groups)
         .skip(1)
         .take(N_ALTERNATIVES_MAX)
         .map(|(other, other_groups)| Alternative {
             log_odds: other.log_evidence - best.log_evidence,
-            in_doubt: in_doubt(&groups[0], other_groups)
+            in_doubt: in_doubt(&key_groups[0], other_groups)
                 .into_iter()
-                .map(|sighting| places[sighting])
+                .map(|sighting| places[keys.sightings[sighting]])
                 .collect(),
         })
         .collect();
-    let moved_m =
-        refined.poses.iter().zip(&before).map(|(a, b)| (a.position() - b.position()).norm());
-    let moved_m = moved_m.sum::<f64>() / before.len().max(1) as f64;
     Some(Outcome {
         poses: refined.poses,
         calibration: refined.calibration,
         landmarks,
-        association: best.association.clone(),
+        association,
         log_evidence: best.log_evidence,
         confidence: weights[0],
         alternatives,

@@ -14,19 +14,18 @@ use std::num::NonZero;
 use nalgebra::Matrix2;
 
 use crate::association::nearest_landmarks;
-use crate::chain::is_node;
 use crate::consolidation::consolidated;
 use crate::em::{Em, EmParams, Start};
 use crate::em_state::InvalidState;
 use crate::error_model::ErrorModel;
 use crate::grid_choice::grid_for;
 use crate::hypothesis::{Hypothesis, read_u64, taken};
+use crate::key_steps::KeySteps;
 use crate::landmark::{Landmark, LandmarkKind};
 use crate::landmarks::PeakParams;
 use crate::motion_model::MotionParams;
 use crate::outcome::{Outcome, outcome};
 use crate::perception::PerceptionParams;
-use crate::refine::poses_at_all_steps;
 use crate::search::{Search, SearchParams};
 use crate::travel::Travel;
 
@@ -62,7 +61,7 @@ impl RelaxationParams {
         let (model, refinement_model, search) = if is_button {
             (ErrorModel::BUTTON, ErrorModel::BUTTON, SearchParams::BUTTON)
         } else if sightings.any(|sighting| sighting.identity.is_some()) {
-            (ErrorModel::CAMERA, ErrorModel::CAMERA, SearchParams::CAMERA)
+            (ErrorModel::CAMERA, ErrorModel::CAMERA, SearchParams::TAGS)
         } else {
             (ErrorModel::CAMERA_STEPS, ErrorModel::CAMERA, SearchParams::CAMERA)
         };
@@ -103,6 +102,8 @@ pub struct Progress {
 #[derive(Debug)]
 pub struct Relaxation<'a> {
     travel: &'a Travel,
+    /// What the search looks at; hypotheses are about these steps.
+    keys: KeySteps,
     params: RelaxationParams,
     hypotheses: Vec<Hypothesis>,
     work: Work<'a>,
@@ -110,7 +111,7 @@ pub struct Relaxation<'a> {
 
 #[derive(Debug)]
 enum Work<'a> {
-    Search(Box<Search<'a>>),
+    Search(Box<Search>),
     Em { from: From, em: Box<Em<'a>> },
     Refine,
     Done(Option<Box<Outcome>>),
@@ -126,8 +127,11 @@ enum From {
 impl<'a> Relaxation<'a> {
     /// Before the first piece of work.
     pub fn new(travel: &'a Travel, params: RelaxationParams) -> Self {
-        let search = Search::new(travel, &params.model, params.search);
-        Self { travel, params, hypotheses: Vec::new(), work: Work::Search(Box::new(search)) }
+        let spacing = (params.search.key_way_m, params.search.key_turn_rad);
+        let keys = KeySteps::of(travel, spacing);
+        let search = Search::new(&keys.travel, &params.model, params.search);
+        let search = Box::new(search.on_threads(params.n_threads));
+        Self { travel, keys, params, hypotheses: Vec::new(), work: Work::Search(search) }
     }
 
     /// Does one piece of work.
@@ -137,7 +141,9 @@ impl<'a> Relaxation<'a> {
                 search.advance();
                 let share = search.share();
                 let log_likelihood = search.log_evidence();
-                if 1.0 <= share || self.travel.n_sightings() == 0 {
+                if self.keys.steps.is_empty() {
+                    self.work = Work::Refine;
+                } else if 1.0 <= share {
                     self.hypotheses = search.hypotheses();
                     self.hypotheses.truncate(N_HYPOTHESES_MAX);
                     self.consolidate();
@@ -150,7 +156,7 @@ impl<'a> Relaxation<'a> {
                 let figures = em.iterate();
                 if em.has_converged() {
                     let found = found_by(self.travel, em);
-                    self.judge(found);
+                    self.judge(found.map(|association| self.keys.picked(&association)));
                     let next = (from == From::Controls).then(|| self.begun(From::Hypothesis));
                     self.work = next.flatten().unwrap_or(Work::Refine);
                 }
@@ -164,7 +170,8 @@ impl<'a> Relaxation<'a> {
                 Progress { iteration, log_likelihood, ..progress(stage, share) }
             }
             Work::Refine => {
-                let found = outcome(self.travel, &self.params.refinement_model, &self.hypotheses);
+                let model = &self.params.refinement_model;
+                let found = outcome((self.travel, &self.keys), model, &self.hypotheses);
                 self.work = Work::Done(found.map(Box::new));
                 Progress { is_done: true, ..progress(Stage::Refinement, 1.0) }
             }
@@ -211,10 +218,10 @@ impl<'a> Relaxation<'a> {
     ) -> Result<Self, InvalidState> {
         let mut relaxation = Self::new(travel, params);
         let [format, tag] = taken(&mut bytes)?;
-        let n_poses = travel.steps.iter().filter(|step| is_node(step)).count();
+        let counts = (relaxation.keys.sightings.len(), relaxation.keys.steps.len());
         let n = read_u64(&mut bytes)?;
         for _ in 0..n {
-            let hypothesis = Hypothesis::read(&mut bytes, (travel.n_sightings(), n_poses))?;
+            let hypothesis = Hypothesis::read(&mut bytes, counts)?;
             relaxation.hypotheses.push(hypothesis);
         }
         let from = match (format, tag) {
@@ -236,10 +243,9 @@ impl<'a> Relaxation<'a> {
     /// Takes landmarks of the best hypothesis that are one together.
     fn consolidate(&mut self) {
         let Some(best) = self.hypotheses.first() else { return };
-        let poses = poses_at_all_steps(self.travel, &best.poses, &best.calibration);
-        let start = (best.association.clone(), poses, best.calibration);
+        let start = (best.association.clone(), best.poses.clone(), best.calibration);
         let RelaxationParams { model, search, .. } = &self.params;
-        let found = consolidated(self.travel, model, start, search.density_per_m2);
+        let found = consolidated(&self.keys.travel, model, start, search.density_per_m2);
         self.judge(found.map(|(association, _)| association));
     }
 
@@ -251,7 +257,8 @@ impl<'a> Relaxation<'a> {
         let start = match from {
             From::Controls => Start::Controls,
             From::Hypothesis => {
-                known = landmarks_of(self.travel, self.hypotheses.first()?, &self.params.model);
+                known =
+                    landmarks_of(&self.keys.travel, self.hypotheses.first()?, &self.params.model);
                 Start::Map(&known)
             }
         };
@@ -279,8 +286,8 @@ impl<'a> Relaxation<'a> {
         if self.hypotheses.iter().any(|known| known.association == association) {
             return;
         }
-        let search = Search::new(self.travel, &self.params.model, self.params.search);
-        let mut search = search.along(&association);
+        let search = Search::new(&self.keys.travel, &self.params.model, self.params.search);
+        let mut search = search.along(association);
         while search.advance() {}
         self.hypotheses.extend(search.hypotheses().into_iter().next());
         self.hypotheses.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));

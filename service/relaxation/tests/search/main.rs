@@ -76,7 +76,7 @@ proptest! {
         let found = searched(&travel, SearchParams::BUTTON);
         let evidence = |partition: &Vec<Option<u32>>| {
             let mut search = Search::new(&travel, &ErrorModel::BUTTON, SearchParams::BUTTON)
-                .along(partition);
+                .along(partition.clone());
             while search.advance() {}
             search.hypotheses().first().map(|only| only.log_evidence)
         };
@@ -197,7 +197,8 @@ fn an_association_that_cannot_be_has_no_evidence() {
     let twice = travel.steps[2].sightings[0];
     travel.steps[2].sightings.push(twice);
     let once = [0, 1, 2, 2].map(Some);
-    let mut search = Search::new(&travel, &ErrorModel::BUTTON, SearchParams::BUTTON).along(&once);
+    let mut search =
+        Search::new(&travel, &ErrorModel::BUTTON, SearchParams::BUTTON).along(once.to_vec());
     while search.advance() {}
     assert!(search.hypotheses().is_empty(), "{:?}", search.hypotheses());
     assert_eq!(search.log_evidence(), None, "nor any number");
