@@ -7,6 +7,7 @@ mod map_state;
 mod relaxations;
 mod snapshot;
 mod topology;
+mod versions;
 
 pub(crate) use actors::{Actors, Replacement};
 pub(crate) use map_state::MapState;

@@ -35,6 +35,15 @@ pub struct Moment {
     pub sightings: Vec<TrueSighting>,
 }
 
+/// The part of a travel that leads to one moment.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stage<'a> {
+    /// What odometry says of each control of the part: the pose after it, seen from the pose before.
+    pub legs: Vec<Pose>,
+    /// Where it leads.
+    pub end: &'a Moment,
+}
+
 /// A robot's way through a building.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LandmarkTravel {
@@ -85,10 +94,59 @@ impl LandmarkTravel {
         })
     }
 
+    /// The travel cut into stages: the first ends where the travel begins, every other at a moment
+    /// with sightings, or where `stage_m` metres of odometry lie behind the stage before. What
+    /// follows the last end is left out.
+    pub fn stages(&self, stage_m: f64) -> Vec<Stage<'_>> {
+        let mut stages = Vec::new();
+        let (mut legs, mut driven_m) = (Vec::new(), 0.0);
+        let mut before: Option<Pose> = None;
+        for moment in &self.moments {
+            if let Some(before) = before.replace(moment.odometry) {
+                let leg = before.step_to(moment.odometry);
+                driven_m += leg.distance_m();
+                legs.push(leg);
+            }
+            if stages.is_empty() || !moment.sightings.is_empty() || stage_m <= driven_m {
+                stages.push(Stage { legs: std::mem::take(&mut legs), end: moment });
+                driven_m = 0.0;
+            }
+        }
+        stages
+    }
+
     /// The travel up to the moment at which sightings reach the number `n_sightings`; all of it if
     /// they do not.
     pub fn until_sighting(&self, n_sightings: usize) -> Self {
         let last = self.moment_of_sighting(n_sightings).unwrap_or(self.n_controls());
         Self { landmarks: self.landmarks.clone(), moments: self.moments[..=last].to_vec() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten metres straight on, a metre a control, with one landmark halfway.
+    fn corridor() -> LandmarkTravel {
+        let moment = |x_m: u32| {
+            let pose = Pose::new(f64::from(x_m), 0.0, 0.0);
+            let seen =
+                TrueSighting { landmark: 0, landmark_type: 0, range_m: 0.0, bearing_rad: 0.0 };
+            let sightings = if x_m == 5 { vec![seen] } else { Vec::new() };
+            Moment { odometry: pose, truth: pose, sightings }
+        };
+        let landmark = Landmark { position: Point2::new(5.0, 0.0), landmark_type: 0 };
+        LandmarkTravel { landmarks: vec![landmark], moments: (0..=10).map(moment).collect() }
+    }
+
+    #[test]
+    fn stages_end_at_sightings_and_after_their_length() {
+        let travel = corridor();
+        let stages = travel.stages(3.0);
+        let ends: Vec<f64> = stages.iter().map(|stage| stage.end.odometry.x_m).collect();
+        assert_eq!(ends, [0.0, 3.0, 5.0, 8.0], "start, length, sighting, length; the rest is left");
+        let n_legs: Vec<usize> = stages.iter().map(|stage| stage.legs.len()).collect();
+        assert_eq!(n_legs, [0, 3, 2, 3], "every control once");
     }
 }

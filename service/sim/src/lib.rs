@@ -25,7 +25,7 @@ pub use corridors::{Corridors, InvalidCorridor};
 pub use drive::{Drive, Robot, Tick};
 pub use landmark_drive::{LandmarkRobot, Waypoint, landmark_drive, n_controls};
 pub use landmark_sensor::{LandmarkDetector, LandmarkSensor, Sense};
-pub use landmark_travel::{Landmark, LandmarkTravel, Moment, TrueSighting};
+pub use landmark_travel::{Landmark, LandmarkTravel, Moment, Stage, TrueSighting};
 pub use laser::{Laser, LaserNoise};
 pub use museum::{museum, museum_again};
 pub use odometry::{Odometer, OdometryError};

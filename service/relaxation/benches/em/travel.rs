@@ -4,33 +4,22 @@ use std::f64::consts::PI;
 
 use meetpoint_geometry::Pose;
 use meetpoint_relaxation::{Detector, Motion, Sighting, Step, Travel};
-use meetpoint_sim::LandmarkTravel;
+use meetpoint_sim::{LandmarkTravel, Stage};
 
 /// A step for every sighting and after `step_m` metres without one, and the true poses of steps
 /// seen from the first.
 pub(crate) fn cut(simulated: &LandmarkTravel, step_m: f64) -> (Travel, Vec<Pose>) {
-    let (mut steps, mut truth) = (Vec::new(), Vec::new());
-    let (mut legs, mut driven_m) = (Vec::new(), 0.0);
-    let mut before: Option<Pose> = None;
     let start = simulated.moments[0].truth;
-    for moment in &simulated.moments {
-        if let Some(before) = before.replace(moment.odometry) {
-            let leg = before.step_to(moment.odometry);
-            driven_m += leg.distance_m();
-            legs.push(leg);
-        }
-        if steps.is_empty() || !moment.sightings.is_empty() || step_m <= driven_m {
-            let sightings = moment.sightings.iter().map(|seen| Sighting {
-                identity: None,
-                landmark_type: seen.landmark_type,
-                range_m: seen.range_m,
-                bearing_rad: seen.bearing_rad,
-            });
-            let motion = Motion::new(std::mem::take(&mut legs));
-            steps.push(Step { motion, sightings: sightings.collect() });
-            truth.push(start.step_to(moment.truth));
-            driven_m = 0.0;
-        }
+    let (mut steps, mut truth) = (Vec::new(), Vec::new());
+    for Stage { legs, end } in simulated.stages(step_m) {
+        let sightings = end.sightings.iter().map(|seen| Sighting {
+            identity: None,
+            landmark_type: seen.landmark_type,
+            range_m: seen.range_m,
+            bearing_rad: seen.bearing_rad,
+        });
+        steps.push(Step { motion: Motion::new(legs), sightings: sightings.collect() });
+        truth.push(start.step_to(end.truth));
     }
     let detector = Detector { range_max_m: 0.0, half_field_of_view_rad: PI };
     (Travel { detector, steps }, truth)

@@ -10,25 +10,17 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use meetpoint_proto::v1;
-use meetpoint_storage::{
-    JournalEntry, JournalSeq, MapId, MapLease, MapRecord, NewSnapshot, SessionId, VersionRecord,
-};
+use meetpoint_storage::{JournalEntry, JournalSeq, MapId, MapLease, MapRecord, SessionId};
 use meetpoint_tracking::MappingParams;
-use tokio::task::JoinHandle;
 
 use super::actors::{Awaited, Mailbox, Replacement, Shared};
 use super::checkpoint;
 use super::map_state::{Applied, MapState};
 use super::relaxations::Relaxations;
 use super::snapshot::{Draft, SavedTiles};
-use super::topology::Topologies;
+use super::versions::{RETRY_FIRST, RETRY_LONGEST, Versions};
 use crate::live::{Event, SessionProgress};
 use crate::{clock, convert, error::Error, operations::tiles};
-
-/// Waits between attempts after the store failed: short enough that a robot notices nothing.
-const RETRY_FIRST: Duration = Duration::from_millis(500);
-/// The longest wait between attempts.
-const RETRY_LONGEST: Duration = Duration::from_secs(30);
 
 /// Runs a map's actor until it is idle for long or the service stops.
 pub(super) async fn run(shared: Arc<Shared>, map: MapId, mailbox: Arc<Mailbox>) {
@@ -60,7 +52,6 @@ const IMPORT: &str = "import";
 struct Work {
     state: MapState,
     saved: SavedTiles,
-    topologies: Topologies,
     /// No version is made before this place of the journal: the newest one tells that far already,
     /// and a map never goes back in time.
     quiet_until: JournalSeq,
@@ -69,8 +60,7 @@ struct Work {
 impl Work {
     /// Takes a snapshot.
     fn draft(&mut self) -> Draft {
-        let topology = self.topologies.next(self.state.grid());
-        self.saved.draft(&mut self.state, topology)
+        self.saved.draft(&mut self.state)
     }
 }
 
@@ -87,19 +77,18 @@ struct Advanced {
 struct Actor<'a> {
     shared: &'a Shared,
     record: MapRecord,
-    lease: MapLease,
-    saving: Option<JoinHandle<Result<VersionRecord, Error>>>,
+    versions: Versions<'a>,
 }
 
 /// One life of the actor: from taking the lease to going idle.
-async fn live(shared: &Shared, map: &MapId, mailbox: &Mailbox) -> Result<(), Error> {
+async fn live(shared: &Arc<Shared>, map: &MapId, mailbox: &Mailbox) -> Result<(), Error> {
     let record = shared.store.map(map).await?.ok_or_else(|| Error::NoSuchMap(map.0.clone()))?;
     let Some(lease) = take_lease(shared, map).await? else { return Ok(()) };
     let renewing =
         tokio::spawn(renew(shared.store.clone(), lease.clone(), shared.settings.lease_ttl_s));
-    let mut actor = Actor { shared, record, lease: lease.clone(), saving: None };
+    let mut actor = Actor { shared, record, versions: Versions::new(shared, &lease) };
     let lived = actor.follow_journal(mailbox).await;
-    let saved = actor.saved().await.map(|_| ());
+    let saved = actor.versions.saved().await.map(|_| ());
     renewing.abort();
     shared.store.release_map_lease(&lease).await?;
     lived.and(saved)
@@ -166,16 +155,18 @@ impl Actor<'_> {
     ) -> Result<Work, Error> {
         let snapshot_scans = self.shared.settings.snapshot_scans;
         while !entries.is_empty() {
-            let _thread = self.shared.threads.acquire().await.map_err(|_| Error::Stopping)?;
+            let thread = self.shared.threads.acquire().await.map_err(|_| Error::Stopping)?;
             let advanced =
                 tokio::task::spawn_blocking(move || advance(work, entries, snapshot_scans))
                     .await
                     .map_err(Error::internal)??;
+            // Saving needs one of its own.
+            drop(thread);
             let Advanced { work: advanced_work, left, applied, draft, computing } = advanced;
             (work, entries) = (advanced_work, left);
             self.tell(&applied, computing, entries.len());
             if let Some((draft, origin)) = draft {
-                self.save(draft, origin).await?;
+                self.versions.save(draft, origin).await?;
             }
         }
         Ok(work)
@@ -189,13 +180,13 @@ impl Actor<'_> {
         for (session, correction) in corrections {
             self.tell_correction(session, correction);
         }
-        let mut work = Work { state, saved, topologies: work.topologies, quiet_until: reached };
+        let mut work = Work { state, saved, quiet_until: reached };
         while work.state.position() < reached {
             let entries = self.read(work.state.position()).await?;
             work = self.map(work, entries).await?;
         }
         let work = self.snapshot(work, origin).await?;
-        if let Some(version) = self.saved().await? {
+        if let Some(version) = self.versions.saved().await? {
             // A job that was given up meanwhile does not need to know.
             let _ = done.send(version.number);
         }
@@ -273,13 +264,7 @@ impl Actor<'_> {
         let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m, relaxations)?;
         let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
         let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
-        let topologies = self.topologies().await?;
-        Ok(Work { state, saved: SavedTiles::default(), topologies, quiet_until })
-    }
-
-    async fn topologies(&self) -> Result<Topologies, Error> {
-        let n_cells_max = self.shared.settings.topology_cells_max;
-        Topologies::restored(&self.shared.store, &self.record.id, n_cells_max).await
+        Ok(Work { state, saved: SavedTiles::default(), quiet_until })
     }
 
     async fn last_saved(&self) -> Result<Option<Work>, Error> {
@@ -294,8 +279,7 @@ impl Actor<'_> {
         let relaxations = Relaxations::load(store, &self.record.id, relaxed_through).await?;
         let bytes = &saved.state;
         let state = checkpoint::restore(params, resolution_m, position, bytes, tiles, relaxations)?;
-        let topologies = self.topologies().await?;
-        Ok(Some(Work { state, saved: known, topologies, quiet_until: position }))
+        Ok(Some(Work { state, saved: known, quiet_until: position }))
     }
 
     async fn read(&self, after: JournalSeq) -> Result<VecDeque<JournalEntry>, Error> {
@@ -309,7 +293,7 @@ impl Actor<'_> {
         if !work.state.is_saved() && work.quiet_until <= work.state.position() {
             self.snapshot(work, TRACKING).await?;
         }
-        self.saved().await.map(|_| ())
+        self.versions.saved().await.map(|_| ())
     }
 
     async fn snapshot(&mut self, mut work: Work, origin: &'static str) -> Result<Work, Error> {
@@ -318,31 +302,8 @@ impl Actor<'_> {
             (work, draft)
         });
         let (work, draft) = drafted.await.map_err(Error::internal)?;
-        self.save(draft, origin).await?;
+        self.versions.save(draft, origin).await?;
         Ok(work)
-    }
-
-    /// Begins to save a version, once the one before it is saved.
-    async fn save(&mut self, draft: Draft, origin: &'static str) -> Result<(), Error> {
-        self.saved().await?;
-        let snapshot = draft.into_snapshot(self.lease.clone(), origin, clock::now_ns());
-        let (store, live) = (self.shared.store.clone(), self.shared.live.clone());
-        let stop = self.shared.stop.clone();
-        self.saving = Some(tokio::spawn(async move {
-            let version = save_stubbornly(&store, &snapshot, &stop).await?;
-            let event = Event::Version(convert::map::version_to_wire(&version));
-            live.announce(version.map.clone(), event);
-            Ok(version)
-        }));
-        Ok(())
-    }
-
-    /// Waits until the version that is being saved is saved.
-    async fn saved(&mut self) -> Result<Option<VersionRecord>, Error> {
-        match self.saving.take() {
-            Some(saving) => saving.await.map_err(Error::internal)?.map(Some),
-            None => Ok(None),
-        }
     }
 }
 
@@ -378,30 +339,6 @@ async fn read(
     n_bytes_max: usize,
 ) -> Result<VecDeque<JournalEntry>, Error> {
     Ok(store.journal(&map, after, n_entries_max, n_bytes_max).await?.into())
-}
-
-/// A full disk or a locked database is waited for: the map stays in memory meanwhile.
-async fn save_stubbornly(
-    store: &meetpoint_storage::Store,
-    snapshot: &NewSnapshot,
-    stop: &tokio_util::sync::CancellationToken,
-) -> Result<VersionRecord, Error> {
-    let mut wait = RETRY_FIRST;
-    loop {
-        let begun = Instant::now();
-        let saved = store.save_snapshot(snapshot).await.map_err(Error::from);
-        metrics::histogram!("meetpoint_database_seconds", "what" => "save_snapshot")
-            .record(begun.elapsed().as_secs_f64());
-        match saved {
-            Err(error @ (Error::StorageFull | Error::StorageBusy)) if !stop.is_cancelled() => {
-                error.log();
-                metrics::counter!("meetpoint_snapshot_failures").increment(1);
-            }
-            settled => return settled,
-        }
-        tokio::time::sleep(wait).await;
-        wait = (wait * 2).min(RETRY_LONGEST);
-    }
 }
 
 /// Waits until the map is ours; `None` if the service stops first.

@@ -15,14 +15,14 @@ use super::{checkpoint, map_state::MapState};
 #[derive(Debug, Default)]
 pub(super) struct SavedTiles(BTreeMap<TileKey, (Arc<Tile>, ContentHash)>);
 
-/// A snapshot on its way: all but what only the store's caller knows.
+/// A snapshot on its way: all but the topology of its grid and what only the store's caller knows.
 pub(super) struct Draft {
     journal_seq: JournalSeq,
     n_scans: u64,
     bounds_m: Option<[f64; 4]>,
     state: Vec<u8>,
     tiles: Vec<NewTile>,
-    topology: Option<NewTopology>,
+    grid: Grid,
     landmarks: Option<Vec<u8>>,
     poses: Vec<NewPoses>,
 }
@@ -34,9 +34,8 @@ impl SavedTiles {
         Self(saved.map(|((key, tile), hash)| (*key, (tile.clone(), *hash))).collect())
     }
 
-    /// Takes a snapshot of `state`, whose poses since the last one go with it, with the topology of
-    /// its grid.
-    pub(super) fn draft(&mut self, state: &mut MapState, topology: Option<NewTopology>) -> Draft {
+    /// Takes a snapshot of `state`, whose poses since the last one go with it.
+    pub(super) fn draft(&mut self, state: &mut MapState) -> Draft {
         let mut tiles = Vec::new();
         let mut saved = BTreeMap::new();
         let frames = std::iter::once((None, &state.site))
@@ -59,7 +58,7 @@ impl SavedTiles {
             bounds_m: bounds_m(state.site.grid()),
             state: checkpoint::to_bytes(state),
             tiles,
-            topology,
+            grid: state.grid().clone(),
             landmarks: state.relaxations.landmark_set(),
             poses: poses.collect(),
         }
@@ -89,10 +88,20 @@ impl SavedTiles {
 }
 
 impl Draft {
+    /// The grid that is to be saved.
+    pub(super) fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
     /// The snapshot, to be saved under a lease.
-    pub(super) fn into_snapshot(self, lease: MapLease, origin: &str, time_ns: i64) -> NewSnapshot {
-        let Self { journal_seq, n_scans, bounds_m, state, tiles, topology, landmarks, poses } =
-            self;
+    pub(super) fn into_snapshot(
+        self,
+        topology: Option<NewTopology>,
+        lease: MapLease,
+        origin: &str,
+        time_ns: i64,
+    ) -> NewSnapshot {
+        let Self { journal_seq, n_scans, bounds_m, state, tiles, grid: _, landmarks, poses } = self;
         NewSnapshot {
             map: lease.map.clone(),
             lease,

@@ -2,6 +2,7 @@
 
 mod beside;
 mod ground_truth;
+mod iterations;
 mod judgement;
 mod matching;
 mod mrclam;

@@ -1,8 +1,10 @@
 //! The paper's data sets in kind: after how many plain iterations they are right, and what the whole
 //! relaxation makes of them.
 
+use meetpoint_relaxation::Stage;
 use meetpoint_sim::{LandmarkTravel, first_data_set, museum, second_data_set};
 
+use super::iterations::Iterations;
 use super::judgement::Judgement;
 use super::plain_em::{paper_params, plain_em};
 use super::relaxed::Relaxed;
@@ -24,9 +26,9 @@ const N_SEEDS: u64 = 5;
 /// Prints a row for every data set.
 pub(super) fn print(first_seed: u64) {
     println!(
-        "| data, seed | controls | sightings of landmarks | dead reckoning off | plain EM: right after | certain after | relaxation: pairs wrong | landmarks off | path off | s | EM, MB |"
+        "| data, seed | controls | sightings of landmarks | dead reckoning off | plain EM: right after | certain after | the job's EM: right after | certain after | relaxation: pairs wrong | landmarks off | path off | s | EM, MB |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     let first = first_data_set(first_seed);
     for (n_sightings, name) in PREFIXES {
         print_row(
@@ -49,15 +51,13 @@ pub(super) fn print(first_seed: u64) {
 fn print_row(name: &str, travel: &LandmarkTravel) {
     let simulated = Simulated::of(travel);
     let plain = plain_em(&simulated, paper_params(&simulated));
-    let relaxed = Relaxed::of(&simulated.travel, super::TWO);
-    let after = |iteration: Option<u32>| match iteration {
-        Some(iteration) => iteration.to_string(),
-        None => format!("never in {}", plain.n_iterations),
-    };
-    let right_after = match plain.right_after {
-        None => format!("{}, {} wrong", after(None), plain.n_wrong_pairs),
-        right => after(right),
-    };
+    // The job's EM begins at the map that the search found.
+    let mut of_job = Iterations::default();
+    let relaxed = Relaxed::watched(&simulated.travel, super::TWO, |stage, relaxation| {
+        if let (Stage::FromHypothesis, Some(em)) = (stage, relaxation.em()) {
+            of_job.note(em, &simulated);
+        }
+    });
     let judged = match &relaxed.outcome {
         Some(outcome) => {
             let Judgement { n_wrong_pairs, landmark_off_m, path_off_m } =
@@ -67,12 +67,15 @@ fn print_row(name: &str, travel: &LandmarkTravel) {
         None => "nothing found | | ".to_owned(),
     };
     println!(
-        "| {name} | {} | {} of {} | {:.1} m | {right_after} | {} | {judged} | {:.2} | {:.0} |",
+        "| {name} | {} | {} of {} | {:.1} m | {} | {} | {} | {} | {judged} | {:.2} | {:.0} |",
         simulated.n_controls,
         simulated.truth.len(),
         simulated.n_landmarks_seen(),
         simulated.reckoned_off_m,
-        after(plain.certain_after),
+        plain.right_after(),
+        plain.certain_after(),
+        of_job.right_after(),
+        of_job.certain_after(),
         relaxed.took().as_secs_f64(),
         super::megabytes(relaxed.n_bytes),
     );

@@ -26,6 +26,16 @@ pub(super) struct Timed {
 impl Relaxed {
     /// Relaxes a travel to the end.
     pub(super) fn of(travel: &Travel, n_threads: NonZero<usize>) -> Self {
+        Self::watched(travel, n_threads, |_, _| {})
+    }
+
+    /// Relaxes a travel to the end, while somebody looks at it after every piece but the last of a
+    /// stage.
+    pub(super) fn watched(
+        travel: &Travel,
+        n_threads: NonZero<usize>,
+        mut watch: impl FnMut(Stage, &Relaxation<'_>),
+    ) -> Self {
         let params = RelaxationParams { n_threads, ..RelaxationParams::of(travel) };
         let mut relaxed = Self { outcome: None, stages: Vec::new(), n_bytes: 0 };
         let mut begun = Instant::now();
@@ -33,6 +43,7 @@ impl Relaxed {
         loop {
             let progress = relaxation.advance();
             relaxed.note(progress.stage, begun.elapsed());
+            watch(progress.stage, &relaxation);
             begun = Instant::now();
             let figures = relaxation.em().and_then(|em| em.figures());
             let n_bytes = figures.map_or(0, |figures| figures.n_bytes);

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_relaxation::{Detector, Motion, Sighting, Step, Travel};
-use meetpoint_sim::LandmarkTravel;
+use meetpoint_sim::{LandmarkTravel, Stage};
 
 /// A step after so many metres without a sighting (TBF98 section 5).
 const STEP_M: f64 = 20.0;
@@ -32,27 +32,16 @@ impl Simulated {
     pub(super) fn of(simulated: &LandmarkTravel) -> Self {
         let start = simulated.moments[0].truth;
         let (mut steps, mut poses, mut truth) = (Vec::new(), Vec::new(), Vec::new());
-        let (mut legs, mut driven_m) = (Vec::new(), 0.0);
-        let mut before: Option<Pose> = None;
-        for moment in &simulated.moments {
-            if let Some(before) = before.replace(moment.odometry) {
-                let leg = before.step_to(moment.odometry);
-                driven_m += leg.distance_m();
-                legs.push(leg);
-            }
-            if steps.is_empty() || !moment.sightings.is_empty() || STEP_M <= driven_m {
-                let sightings = moment.sightings.iter().map(|seen| Sighting {
-                    identity: None,
-                    landmark_type: seen.landmark_type,
-                    range_m: seen.range_m,
-                    bearing_rad: seen.bearing_rad,
-                });
-                let motion = Motion::new(std::mem::take(&mut legs));
-                steps.push(Step { motion, sightings: sightings.collect() });
-                poses.push(start.step_to(moment.truth));
-                truth.extend(moment.sightings.iter().map(|seen| seen.landmark));
-                driven_m = 0.0;
-            }
+        for Stage { legs, end } in simulated.stages(STEP_M) {
+            let sightings = end.sightings.iter().map(|seen| Sighting {
+                identity: None,
+                landmark_type: seen.landmark_type,
+                range_m: seen.range_m,
+                bearing_rad: seen.bearing_rad,
+            });
+            steps.push(Step { motion: Motion::new(legs), sightings: sightings.collect() });
+            poses.push(start.step_to(end.truth));
+            truth.extend(end.sightings.iter().map(|seen| seen.landmark));
         }
         let from_start = |position: Point2<f64>| start.inverse() * position;
         Self {
