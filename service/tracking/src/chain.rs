@@ -3,10 +3,11 @@
 use meetpoint_geometry::Pose;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::calibration::Calibration;
 use crate::key_scan::{KeyScan, step};
 use crate::laser_travel::LaserTravel;
 use crate::pose_graph::Edge;
-use crate::scan_pair::{PairParams, fitted};
+use crate::scan_pair::{PairForm, PairParams, fitted, moved};
 
 /// How odometry errs from one key scan to the next. Deviations, of a step of `d` metres and `a` radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +22,15 @@ pub struct OdometryParams {
     pub std_per_rad: f64,
     /// Square, in units of the deviations, at which a step is half doubted: odometry stalls and jumps.
     pub chi2_turn: f64,
+}
+
+/// A step as two scans have it, whatever odometry says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ScannedStep {
+    /// The later seen from the earlier. Where the scans say nothing, as the start that was believed.
+    pub(crate) by_scans: Pose,
+    /// Information about its three numbers.
+    pub(crate) information: Matrix3<f64>,
 }
 
 /// The chain of a travel's key scans.
@@ -38,71 +48,107 @@ const WIDE_GATE_M: f64 = 0.3;
 const N_STEPS: u32 = 8;
 /// Facets that a match looks at, at most.
 const N_FACETS_MAX: usize = 90;
-/// The step by odometry is better than the live one only if so much more of a scan agrees: live
-/// mapping has seen more.
-const GAIN_MIN: f64 = 0.1;
+/// One start of a match is better than another if so much more of the scan agrees.
+const GAIN_MIN: f64 = 0.05;
+/// Odometry that moved by less than this share of what live mapping did has stalled.
+const STALLED_SHARE: f64 = 0.3;
 /// No step is surer than this, whatever scans say: 2 mm and 0.05 degrees, what laser and ground leave.
 const STD_MIN: Vector3<f64> = Vector3::new(0.002, 0.002, 0.0009);
 /// A step about which nothing is known: half a metre and 30 degrees, where live mapping goes astray.
 const STD_MAX: Vector3<f64> = Vector3::new(0.5, 0.5, 0.5);
 
-/// The edge of the odometry between two key scans, if both have it and it is chained.
-pub(crate) fn odometry_edge(
-    travel: &LaserTravel,
-    keys: &[KeyScan],
-    to: usize,
-    params: &OdometryParams,
-) -> Option<Edge> {
+/// The step of the odometry from the key scan before, if both have it and it is chained.
+pub(crate) fn odometry_step(travel: &LaserTravel, keys: &[KeyScan], to: usize) -> Option<Pose> {
     let from = to.checked_sub(1)?;
     let (before, after) = (&travel.scans[keys[from].scan], &travel.scans[keys[to].scan]);
     let step = before.odometry_from_robot?.step_to(after.odometry_from_robot?);
+    step.is_finite().then_some(step)
+}
+
+/// The edge of an odometry step to a key scan.
+pub(crate) fn odometry_edge(step: Pose, to: usize, params: &OdometryParams) -> Edge {
     let std_m = params.std_m + params.std_per_m * step.distance_m();
     let std_rad = params.std_rad + params.std_per_rad * step.theta_rad.abs();
-    let std = Vector3::new(std_m, std_m, std_rad);
-    let information = Matrix3::from_diagonal(&std.map(|std| 1.0 / (std * std)));
-    let edge = Edge { from, to, from_to: step, information, chi2_turn: params.chi2_turn };
-    step.is_finite().then_some(edge)
+    let information = Vector3::new(std_m, std_m, std_rad).map(|std| 1.0 / (std * std));
+    Edge {
+        from: to - 1,
+        to,
+        from_to: step,
+        information: Matrix3::from_diagonal(&information),
+        chi2_turn: params.chi2_turn,
+    }
+}
+
+/// The step to a key scan as the scans have it: from where odometry leads, unless it stalled or more of
+/// the scan agrees from where live mapping leads. (In a corridor both agree, and live mapping may lag.)
+pub(crate) fn scanned_step(
+    travel: &LaserTravel,
+    keys: &[KeyScan],
+    to: usize,
+    pair: &PairParams,
+) -> ScannedStep {
+    let live = step(&travel.scans[keys[to - 1].scan], &travel.scans[keys[to].scan]);
+    let (a, b) = (&keys[to - 1].surface, &keys[to].surface);
+    let stride = b.facets().len().div_ceil(N_FACETS_MAX).max(1);
+    let wide = PairParams { gate_m: WIDE_GATE_M, turn_m: WIDE_GATE_M / 2.0, ..*pair };
+    let matched = |start: Pose| {
+        let (pose, _) = fitted(a, b, start, &wide, (stride, N_STEPS));
+        fitted(a, b, pose, pair, (stride, N_STEPS))
+    };
+    let told =
+        |(by_scans, form): (Pose, PairForm)| ScannedStep { by_scans, information: form.hessian };
+    let by_live = matched(live);
+    let Some(odometry) = odometry_step(travel, keys, to) else { return told(by_live) };
+    if odometry.distance_m() < STALLED_SHARE * live.distance_m() {
+        return told(by_live);
+    }
+    let by_odometry = matched(odometry);
+    let live_is_better = by_odometry.1.met_share() + GAIN_MIN < by_live.1.met_share();
+    told(if live_is_better { by_live } else { by_odometry })
 }
 
 impl Chain {
-    /// Adds the next key scan.
-    pub(crate) fn push(
-        &mut self,
+    /// The chain of steps as scans have them and odometry as calibrated.
+    pub(crate) fn new(
         travel: &LaserTravel,
         keys: &[KeyScan],
-        (odometry, pair): (&OdometryParams, &PairParams),
-    ) {
-        let to = self.poses.len();
-        let Some(from) = to.checked_sub(1) else {
-            self.poses.push(travel.scans[keys[0].scan].map_from_robot);
-            self.covariances.push(Matrix3::zeros());
-            return;
-        };
-        let edge = odometry_edge(travel, keys, to, odometry);
-        let live = step(&travel.scans[keys[from].scan], &travel.scans[keys[to].scan]);
-        let (a, b) = (&keys[from].surface, &keys[to].surface);
-        let stride = b.facets().len().div_ceil(N_FACETS_MAX).max(1);
-        let wide = PairParams { gate_m: WIDE_GATE_M, turn_m: WIDE_GATE_M / 2.0, ..*pair };
-        let matched = |start: Pose| {
-            let (pose, _) = fitted(a, b, start, &wide, (stride, N_STEPS));
-            fitted(a, b, pose, pair, (stride, N_STEPS))
-        };
-        let (mut best, mut form) = matched(live);
-        if let Some(edge) = &edge {
-            let (pose, other) = matched(edge.from_to);
-            if form.met_share() + GAIN_MIN < other.met_share() {
-                (best, form) = (pose, other);
-            }
+        steps: &[ScannedStep],
+        (calibration, params): (&Calibration, &OdometryParams),
+    ) -> Self {
+        let mut chain = Self::default();
+        for (to, key) in keys.iter().enumerate() {
+            let Some(from) = to.checked_sub(1) else {
+                chain.poses.push(travel.scans[key.scan].map_from_robot);
+                chain.covariances.push(Matrix3::zeros());
+                continue;
+            };
+            let odometry = odometry_step(travel, keys, to).map(|step| calibration.applied(step));
+            let edge = odometry.map(|step| odometry_edge(step, to, params));
+            let (step, covariance) = joined(&steps[from], edge.as_ref());
+            chain.poses.push(chain.poses[from] * step);
+            chain.covariances.push(covariance);
         }
-        let mut information =
-            form.hessian + Matrix3::from_diagonal(&STD_MAX.map(|std| 1.0 / (std * std)));
-        if let Some(edge) = edge {
-            let error = edge.error(Pose::IDENTITY, best);
-            let weight = edge.weight(error.dot(&(edge.information * error)));
-            information += edge.information * weight;
-        }
-        let covariance = information.try_inverse().unwrap_or_else(Matrix3::identity);
-        self.poses.push(self.poses[from] * best);
-        self.covariances.push(covariance + Matrix3::from_diagonal(&STD_MIN.map(|std| std * std)));
+        chain
     }
+}
+
+/// A step by scans and odometry, each as far as it is sure, and its covariance.
+fn joined(step: &ScannedStep, edge: Option<&Edge>) -> (Pose, Matrix3<f64>) {
+    let mut information =
+        step.information + Matrix3::from_diagonal(&STD_MAX.map(|std| 1.0 / (std * std)));
+    let mut pull = Vector3::zeros();
+    if let Some(edge) = edge {
+        let away = edge.error(Pose::IDENTITY, step.by_scans);
+        // Where scans say nothing, being away from the odometry says nothing against it either.
+        let by_both = edge.information.try_inverse().zip(information.try_inverse());
+        let chi2 = by_both
+            .and_then(|(a, b)| (a + b).try_inverse())
+            .map_or(0.0, |information| away.dot(&(information * away)));
+        let believed = edge.information * edge.weight(chi2);
+        information += believed;
+        pull = -believed * away;
+    }
+    let covariance = information.try_inverse().unwrap_or_else(Matrix3::identity);
+    let std_min = Matrix3::from_diagonal(&STD_MIN.map(|std| std * std));
+    (moved(step.by_scans, covariance * pull), covariance + std_min)
 }

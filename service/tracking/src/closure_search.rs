@@ -405,8 +405,13 @@ impl ClosureSearch {
             }
         } else {
             let near = submap.saturating_sub(1)..(submap + 2).min(self.submaps.len());
-            let indices = near.flat_map(|near| self.submaps[near].keys.clone());
-            let scans = indices.map(|index| (keys[index].scan, chain.poses[index]));
+            let indices: Vec<usize> =
+                near.flat_map(|near| self.submaps[near].keys.clone()).collect();
+            let stride = indices.len().div_ceil(N_CHART_SCANS_MAX).max(1);
+            let scans = indices
+                .into_iter()
+                .step_by(stride)
+                .map(|index| (keys[index].scan, chain.poses[index]));
             let origin = chain.poses[self.submaps[submap].anchor];
             let drawing = (&params.mapping.beam_model, &params.mapping.field);
             let chart = SubmapChart::new(travel, scans, origin, frame, drawing);
@@ -537,6 +542,8 @@ impl ClosureSearch {
 const SAME_SHARE: f64 = 0.3;
 /// Charts are searched no farther than this from their origin, in cells.
 const N_CELLS_HALF_MAX: f64 = 1000.0;
+/// Scans that a chart is drawn from, at most: walls that as many saw are certain.
+const N_CHART_SCANS_MAX: usize = 30;
 /// Charts that are kept: some megabytes each.
 const N_CHARTS_MAX: usize = 12;
 

@@ -1,6 +1,6 @@
 //! Key scans: those of a travel that its pose graph is made of.
 
-use meetpoint_geometry::{Pose, angle_between};
+use meetpoint_geometry::Pose;
 
 use crate::laser_travel::{DrivenScan, LaserTravel};
 use crate::surface::Surface;
@@ -43,13 +43,14 @@ pub(crate) fn key_scans(travel: &LaserTravel, params: &KeyScanParams) -> Vec<Key
     let mut keys: Vec<KeyScan> = Vec::new();
     let (mut driven_m, mut before) = (0.0, None);
     for (index, scan) in travel.scans.iter().enumerate() {
-        driven_m += before.map_or(0.0, |before| step(before, scan).distance_m());
+        driven_m += before.map_or(0.0, |before| way_m(before, scan));
         before = Some(scan);
         let far = keys.last().is_none_or(|last| {
             let last = &travel.scans[last.scan];
-            let turn_rad =
-                angle_between(last.map_from_robot.theta_rad, scan.map_from_robot.theta_rad);
-            params.distance_m <= step(last, scan).distance_m() || params.turn_rad <= turn_rad.abs()
+            let steps = [Some(step(last, scan)), odometry_step(last, scan)];
+            steps.into_iter().flatten().any(|step| {
+                params.distance_m <= step.distance_m() || params.turn_rad <= step.theta_rad.abs()
+            })
         });
         if !far {
             continue;
@@ -70,3 +71,17 @@ const N_FACETS_MIN: usize = 10;
 pub(crate) fn step(from: &DrivenScan, to: &DrivenScan) -> Pose {
     from.map_from_robot.step_to(to.map_from_robot)
 }
+
+/// The step from one scan to another by odometry, if both have it.
+fn odometry_step(from: &DrivenScan, to: &DrivenScan) -> Option<Pose> {
+    Some(from.odometry_from_robot?.step_to(to.odometry_from_robot?))
+}
+
+/// Way from one scan to the next, in metres: the longer of what live mapping and odometry say.
+fn way_m(from: &DrivenScan, to: &DrivenScan) -> f64 {
+    let by_odometry_m = odometry_step(from, to).map_or(0.0, Pose::distance_m);
+    step(from, to).distance_m().max(by_odometry_m.min(WAY_MAX_M))
+}
+
+/// Odometry does not jump farther than this from one scan to the next, in metres.
+const WAY_MAX_M: f64 = 1.0;

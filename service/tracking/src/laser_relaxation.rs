@@ -4,7 +4,8 @@
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 use meetpoint_occupancy::{Grid, ScanMarks};
 
-use crate::chain::{Chain, odometry_edge};
+use crate::calibration::{Calibration, calibration};
+use crate::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scanned_step};
 use crate::closure::{Closure, ClosureKey, Verdict};
 use crate::closure_search::{ClosureSearch, Evidence};
 use crate::key_scan::{KeyScan, key_scans};
@@ -70,6 +71,8 @@ pub struct LaserOutcome {
     pub after: LaserFigures,
     /// The farthest that a pose moved, in metres.
     pub move_max_m: f64,
+    /// How the odometry errs in scale; nothing to correct without odometry.
+    pub calibration: Calibration,
 }
 
 /// A relaxation of one travel, under way. The same calls give the same bits.
@@ -81,6 +84,7 @@ pub struct LaserRelaxation {
     refused: Vec<ClosureKey>,
     keys: Vec<KeyScan>,
     chain: Chain,
+    calibration: Calibration,
     /// Of the key scans, as far as they are relaxed.
     key_poses: Vec<Pose>,
     /// For each key scan, those on other passes that it is matched with.
@@ -102,7 +106,7 @@ pub struct LaserRelaxation {
 #[derive(Debug)]
 enum Work {
     Before(Drawing),
-    Chain,
+    Chain(Vec<ScannedStep>),
     ChainSweeps(Sweeps, u32),
     Closures(Box<ClosureSearch>),
     Sweeps(Sweeps, u32),
@@ -149,6 +153,7 @@ impl LaserRelaxation {
             refused: refused.to_vec(),
             keys,
             chain: Chain::default(),
+            calibration: Calibration::NONE,
             key_poses: live,
             across: Vec::new(),
             closures: Vec::new(),
@@ -175,11 +180,11 @@ impl LaserRelaxation {
                     if self.keys.len() < 2 {
                         Work::After(Drawing::new(self.frame))
                     } else {
-                        Work::Chain
+                        Work::Chain(Vec::new())
                     }
                 }
             }
-            Work::Chain => self.chain_some(),
+            Work::Chain(steps) => self.chain_some(steps),
             Work::ChainSweeps(sweeps, n) => self.sweep_chain(sweeps, n),
             Work::Closures(search) => self.search_some(search),
             Work::Sweeps(sweeps, n) => self.sweep_all(sweeps, n),
@@ -197,22 +202,31 @@ impl LaserRelaxation {
         self.progress()
     }
 
-    fn chain_some(&mut self) -> Work {
+    fn chain_some(&mut self, mut steps: Vec<ScannedStep>) -> Work {
         let pair = self.params.pairs();
-        let end = (self.chain.poses.len() + N_CHAINED_SLICE).min(self.keys.len());
-        while self.chain.poses.len() < end {
-            self.chain.push(&self.travel, &self.keys, (&self.params.odometry, &pair));
+        let end = (steps.len() + N_CHAINED_SLICE).min(self.keys.len() - 1);
+        while steps.len() < end {
+            steps.push(scanned_step(&self.travel, &self.keys, steps.len() + 1, &pair));
         }
-        if end < self.keys.len() {
-            return Work::Chain;
+        if end + 1 < self.keys.len() {
+            return Work::Chain(steps);
         }
+        let odometry = |to: usize| odometry_step(&self.travel, &self.keys, to);
+        let both = steps.iter().enumerate();
+        let both: Vec<_> =
+            both.filter_map(|(from, step)| Some((odometry(from + 1)?, *step))).collect();
+        self.calibration = calibration(&both);
+        let by_odometry = (&self.calibration, &self.params.odometry);
+        self.chain = Chain::new(&self.travel, &self.keys, &steps, by_odometry);
         let pairs = pairs_along(self.keys.len());
         Work::ChainSweeps(Sweeps::new(self.keys.len(), pairs, self.odometry_edges()), 0)
     }
 
     fn odometry_edges(&self) -> impl Iterator<Item = Edge> {
-        let edge = |to| odometry_edge(&self.travel, &self.keys, to, &self.params.odometry);
-        (1..self.keys.len()).filter_map(edge)
+        let step = |to| Some((to, odometry_step(&self.travel, &self.keys, to)?));
+        (1..self.keys.len()).filter_map(step).map(|(to, step)| {
+            odometry_edge(self.calibration.applied(step), to, &self.params.odometry)
+        })
     }
 
     fn sweep_chain(&mut self, mut sweeps: Sweeps, n_done: u32) -> Work {
@@ -310,8 +324,8 @@ impl LaserRelaxation {
             Work::Before(drawing) => {
                 (LaserStage::Before, 0.05 * of(drawing.n_done, self.keys.len()))
             }
-            Work::Chain => {
-                (LaserStage::Chain, 0.05 + 0.1 * of(self.chain.poses.len(), self.keys.len()))
+            Work::Chain(steps) => {
+                (LaserStage::Chain, 0.05 + 0.1 * of(steps.len(), self.keys.len()))
             }
             Work::ChainSweeps(..) => (LaserStage::Chain, 0.15),
             Work::Closures(search) => {
@@ -352,6 +366,7 @@ impl LaserRelaxation {
             closures: self.closures,
             before: self.before,
             after: self.after,
+            calibration: self.calibration,
             move_max_m: moves.fold(0.0, f64::max),
             poses: self.poses,
         }

@@ -1,5 +1,6 @@
 //! Live mapping: the pose of every scan, matched against the grid that the scans before it drew.
 
+mod calibration;
 mod chain;
 mod closure;
 mod closure_search;
@@ -33,6 +34,7 @@ mod tracker;
 mod uncertainty;
 mod wide_search;
 
+pub use calibration::Calibration;
 pub use chain::OdometryParams;
 pub use closure::{Closure, ClosureKey, Refusal, Verdict};
 pub use key_scan::KeyScanParams;

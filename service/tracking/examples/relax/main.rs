@@ -74,7 +74,7 @@ fn print_outcome(outcome: &LaserOutcome) {
     for closure in &outcome.closures {
         *verdicts.entry(format!("{:?}", closure.verdict)).or_default() += 1;
     }
-    println!("  {verdicts:?}");
+    println!("  {verdicts:?} {:?}", outcome.calibration);
     if std::env::var("LEDGER").is_ok() {
         for closure in &outcome.closures {
             println!("  {closure:?}");
