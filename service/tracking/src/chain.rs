@@ -79,8 +79,9 @@ pub(crate) fn odometry_edge(step: Pose, to: usize, params: &OdometryParams) -> E
     }
 }
 
-/// The step to a key scan as the scans have it: from where odometry leads, unless it stalled or more of
-/// the scan agrees from where live mapping leads. (In a corridor both agree, and live mapping may lag.)
+/// The step to a key scan as the scans have it, from where odometry or live mapping leads: whichever more
+/// of the scan agrees with. In a corridor it agrees with both, and live mapping may lag: then odometry,
+/// unless it stalled.
 pub(crate) fn scanned_step(
     travel: &LaserTravel,
     keys: &[KeyScan],
@@ -99,12 +100,11 @@ pub(crate) fn scanned_step(
         |(by_scans, form): (Pose, PairForm)| ScannedStep { by_scans, information: form.hessian };
     let by_live = matched(live);
     let Some(odometry) = odometry_step(travel, keys, to) else { return told(by_live) };
-    if odometry.distance_m() < STALLED_SHARE * live.distance_m() {
-        return told(by_live);
-    }
     let by_odometry = matched(odometry);
-    let live_is_better = by_odometry.1.met_share() + GAIN_MIN < by_live.1.met_share();
-    told(if live_is_better { by_live } else { by_odometry })
+    let gain = by_live.1.met_share() - by_odometry.1.met_share();
+    let has_stalled = odometry.distance_m() < STALLED_SHARE * live.distance_m();
+    let is_live = if gain.abs() <= GAIN_MIN { has_stalled } else { 0.0 < gain };
+    told(if is_live { by_live } else { by_odometry })
 }
 
 impl Chain {

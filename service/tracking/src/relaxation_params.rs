@@ -149,7 +149,7 @@ impl LaserRelaxationParams {
             std_per_rad: 0.1,
             chi2_turn: 9.0,
         },
-        facet_std_m: 0.03,
+        facet_std_m: 0.05,
         submaps: SubmapParams { way_m: 4.0, n_keys_max: 24 },
         closures: ClosureParams {
             way_min_m: 10.0,

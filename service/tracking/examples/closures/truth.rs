@@ -2,12 +2,17 @@
 
 use std::collections::BTreeMap;
 
-use meetpoint_geometry::Pose;
-use meetpoint_tracking::{LaserOutcome, LaserTravel, Verdict};
+use meetpoint_geometry::{Pose, wrap_angle};
+use meetpoint_tracking::{Closure, LaserOutcome, LaserTravel, Verdict};
+use nalgebra::{Matrix3, Vector3};
 
 /// A closure that is farther from the truth is false, in metres and radians.
 const FALSE_M: f64 = 0.3;
 const FALSE_RAD: f64 = 0.1;
+
+/// Square of its error, in units of its covariance, from which a closure is false: a corridor says
+/// nothing of where along it one is, and does not claim to.
+const CHI2_FALSE: f64 = 25.0;
 
 /// Prints how many closures are true and false, and how far poses are from the truth.
 pub(crate) fn print(travel: &LaserTravel, truths: &[Pose], outcome: &LaserOutcome) {
@@ -18,11 +23,30 @@ pub(crate) fn print(travel: &LaserTravel, truths: &[Pose], outcome: &LaserOutcom
     for closure in &outcome.closures {
         let truth = by_stamp[&closure.key.from_ns].step_to(by_stamp[&closure.key.to_ns]);
         let error = truth.step_to(closure.from_to);
-        let is_false = FALSE_M < error.distance_m() || FALSE_RAD < error.theta_rad.abs();
+        let far = FALSE_M < error.distance_m() || FALSE_RAD < error.theta_rad.abs();
+        let is_false = far && CHI2_FALSE < chi2(truth, closure);
         verdicts.entry(format!("{:?}", closure.verdict)).or_default()[usize::from(is_false)] += 1;
         if closure.verdict == Verdict::Accepted {
             n_false += u32::from(is_false);
-            worst_m = worst_m.max(error.distance_m());
+            worst_m = worst_m.max(if is_false { error.distance_m() } else { 0.0 });
+        }
+    }
+    if std::env::var("DUMP").is_ok() {
+        for (i, (p, t)) in outcome.poses.iter().zip(truths).enumerate().step_by(20) {
+            let l = travel.scans[i].map_from_robot;
+            println!(
+                "{i} truth {:.2} {:.2} {:.3} live {:.2} {:.2} {:.3} lost {} relaxed {:.2} {:.2} {:.3}",
+                t.x_m,
+                t.y_m,
+                t.theta_rad,
+                l.x_m,
+                l.y_m,
+                l.theta_rad,
+                travel.scans[i].is_lost,
+                p.x_m,
+                p.y_m,
+                p.theta_rad
+            );
         }
     }
     println!(
@@ -31,6 +55,17 @@ pub(crate) fn print(travel: &LaserTravel, truths: &[Pose], outcome: &LaserOutcom
     let live = travel.scans.iter().map(|scan| scan.map_from_robot);
     println!("  live    {}", errors(live, truths));
     println!("  relaxed {}", errors(outcome.poses.iter().copied(), truths));
+}
+
+/// Square of what a closure is off the truth by, in units of its covariance.
+fn chi2(truth: Pose, closure: &Closure) -> f64 {
+    let error = Vector3::new(
+        closure.from_to.x_m - truth.x_m,
+        closure.from_to.y_m - truth.y_m,
+        wrap_angle(closure.from_to.theta_rad - truth.theta_rad),
+    );
+    let covariance = Matrix3::from_fn(|row, column| closure.covariance[row][column]);
+    covariance.try_inverse().map_or(0.0, |information| error.dot(&(information * error)))
 }
 
 /// Mean and largest distance between poses and truth, in metres, both begun at the same pose.
