@@ -306,9 +306,9 @@ impl LaserRelaxation {
         let around = Keys { keys: &self.keys, poses: &self.key_poses, across: &self.across };
         let end = (self.n_placed + N_PLACED_SLICE).min(self.travel.scans.len());
         let pair = self.params.pairs();
+        let by = (&pair, self.params.key_scans.range_max_m);
         for scan in self.n_placed..end {
-            self.poses[scan] =
-                placed(&self.travel, scan, around, &pair, self.params.key_scans.range_max_m);
+            self.poses[scan] = placed(&self.travel, scan, around, &self.calibration, by);
         }
         self.n_placed = end;
         if end < self.travel.scans.len() {

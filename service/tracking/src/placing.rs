@@ -1,13 +1,14 @@
 //! Placing the scans between key scans: each matched with the key scans around it.
 //!
-//! Its pose begins where the steps of live mapping from the key scans before and after it meet, and is
-//! held there the less the more the two disagree. Time O(scans * neighbours * facets).
+//! Its pose begins where the steps from the key scans before and after it meet, and is held there the
+//! less the more the two disagree. Time O(scans * neighbours * facets).
 
 use meetpoint_geometry::{Pose, angle_between};
 use nalgebra::{Matrix3, Vector3};
 
+use crate::calibration::Calibration;
 use crate::key_scan::{KeyScan, step};
-use crate::laser_travel::LaserTravel;
+use crate::laser_travel::{DrivenScan, LaserTravel};
 use crate::scan_pair::{PairParams, moved, pair_form};
 use crate::surface::Surface;
 
@@ -20,7 +21,7 @@ pub(crate) struct Keys<'a> {
     pub(crate) across: &'a [Vec<usize>],
 }
 
-/// Steps of live mapping between scans err by this much, in metres and radians.
+/// Steps between scans err by this much, in metres and radians.
 const STEP_STD_M: f64 = 0.01;
 const STEP_STD_RAD: f64 = 0.005;
 /// Key scans of other passes that a scan is matched with, at most.
@@ -37,8 +38,8 @@ pub(crate) fn placed(
     travel: &LaserTravel,
     scan: usize,
     around: Keys<'_>,
-    params: &PairParams,
-    range_max_m: f64,
+    calibration: &Calibration,
+    (params, range_max_m): (&PairParams, f64),
 ) -> Pose {
     let Keys { keys, poses, across } = around;
     let after = keys.partition_point(|key| key.scan <= scan);
@@ -46,10 +47,9 @@ pub(crate) fn placed(
     if keys[before].scan == scan {
         return poses[before];
     }
-    let by = |key: usize| poses[key] * step(&travel.scans[keys[key].scan], &travel.scans[scan]);
-    let (from_before, from_after) = (by(before), by(after));
     let (first, last) = (keys[before].scan as f64, keys[after].scan as f64);
     let share = if before == after { 0.0 } else { (scan as f64 - first) / (last - first) };
+    let (from_before, from_after) = guesses(travel, (before, scan, after), around, calibration);
     let start = from_before.interpolate(from_after, share);
     let apart = from_before.step_to(from_after);
     let std_m = STEP_STD_M + 0.5 * apart.distance_m();
@@ -66,6 +66,35 @@ pub(crate) fn placed(
     let near: Vec<(&Surface, Pose)> =
         near.into_iter().map(|key| (&keys[key].surface, poses[key])).collect();
     refined(&surface, start, &Matrix3::from_diagonal(&information), &near, params)
+}
+
+/// The pose at a scan by the step from the key scan before it, and by that from the one after: the steps
+/// of live mapping or of odometry, whichever meet better, since the one may jump and the other slip.
+fn guesses(
+    travel: &LaserTravel,
+    (before, scan, after): (usize, usize, usize),
+    around: Keys<'_>,
+    calibration: &Calibration,
+) -> (Pose, Pose) {
+    let of = |key: usize| &travel.scans[around.keys[key].scan];
+    let (from, here, to) = (of(before), &travel.scans[scan], of(after));
+    let (first, last) = (around.poses[before], around.poses[after]);
+    let by_live = (first * step(from, here), last * step(to, here));
+    let odometry = |from: &DrivenScan| {
+        let step = from.odometry_from_robot?.step_to(here.odometry_from_robot?);
+        step.is_finite().then(|| calibration.applied(step))
+    };
+    let back = |to: &DrivenScan| {
+        let step = here.odometry_from_robot?.step_to(to.odometry_from_robot?);
+        step.is_finite().then(|| calibration.applied(step).inverse())
+    };
+    let by_odometry =
+        odometry(from).zip(back(to)).map(|(there, back)| (first * there, last * back));
+    let apart = |(a, b): (Pose, Pose)| {
+        let step = a.step_to(b);
+        step.distance_m() + step.theta_rad.abs()
+    };
+    by_odometry.filter(|&guess| apart(guess) < apart(by_live)).unwrap_or(by_live)
 }
 
 /// The pose that fits the surfaces near by, held at `start`.

@@ -176,7 +176,7 @@ impl LaserRelaxationParams {
             alone_std_m: 0.4,
             support_chi2_max: 16.0,
             chi2_turn: 16.0,
-            inconsistent_chi2_min: 40.0,
+            inconsistent_chi2_min: 25.0,
             n_passes_max: 3,
         },
         neighbours: NeighbourParams { radius_m: 3.0, n_passes_max: 6, way_max_m: 12.0 },
