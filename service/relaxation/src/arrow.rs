@@ -182,7 +182,7 @@ impl Arrow {
     /// Covariance of the last pose (first three) and the border; `None` if the matrix is not
     /// positive definite.
     pub(crate) fn last_and_border_covariance(self) -> Option<DMatrix<f64>> {
-        Some(Cholesky::new(self.rest()?.precision)?.inverse())
+        Some(inverse(&Cholesky::new(self.rest()?.precision)?.unpack()))
     }
 
     /// Adds a quadratic form over the first pose and the first numbers of the border.
@@ -239,13 +239,18 @@ impl Arrow {
                 self.border[pose + 1][column] -= back * by;
             }
         }
-        for (row, by) in self.border[pose].iter().enumerate() {
-            if *by == Vector3::zeros() {
+        let border = &self.border[pose];
+        for (row, by) in border.iter().enumerate() {
+            self.border_gradient[row] -= by.dot(&solved_gradient);
+        }
+        // Column by column, as they lie in memory.
+        let columns = self.corner.as_mut_slice().chunks_exact_mut(self.n_border.max(1));
+        for (index, (column, other)) in columns.zip(&solved).enumerate() {
+            if *other == Vector3::zeros() {
                 continue;
             }
-            self.border_gradient[row] -= by.dot(&solved_gradient);
-            for (column, other) in solved.iter().enumerate().skip(row) {
-                self.corner[(row, column)] -= by.dot(other);
+            for (entry, by) in column[..=index].iter_mut().zip(border) {
+                *entry -= by.dot(other);
             }
         }
     }
@@ -257,6 +262,31 @@ impl Arrow {
             }
         }
     }
+}
+
+/// Inverse of `L L'`, given the lower half `L`: inverts `L` column by column, as these lie in memory,
+/// and multiplies.
+fn inverse(factor: &DMatrix<f64>) -> DMatrix<f64> {
+    let n = factor.nrows();
+    let mut columns = DMatrix::identity(n, n);
+    for first in 0..n {
+        for row in first..n {
+            let entry = columns[(row, first)] / factor[(row, row)];
+            columns[(row, first)] = entry;
+            let below = factor.view((row + 1, row), (n - row - 1, 1));
+            let mut rest = columns.view_mut((row + 1, first), (n - row - 1, 1));
+            rest.zip_apply(&below, |rest, below| *rest -= entry * below);
+        }
+    }
+    let mut inverse = DMatrix::zeros(n, n);
+    for column in 0..n {
+        for row in column..n {
+            let (a, b) = (columns.column(column), columns.column(row));
+            let product = a.rows_range(row..).dot(&b.rows_range(row..));
+            (inverse[(row, column)], inverse[(column, row)]) = (product, product);
+        }
+    }
+    inverse
 }
 
 #[cfg(test)]

@@ -8,8 +8,9 @@ use crate::landmark::LandmarkKind;
 use crate::least_squares::{Bearing, Estimate, Fit};
 use crate::past::Past;
 
-/// Steps of a fit after each step's sightings: the last one's result is near already.
-const N_FIT_STEPS: u32 = 4;
+/// Steps of a fit after each step's sightings: the last one's result is near already. After one that
+/// was smaller than so much, in metres and radians, the next would be by about its square.
+const FIT_STEPS: (u32, f64) = (4, 0.01);
 
 /// A hypothesis under way.
 #[derive(Clone, Debug)]
@@ -72,7 +73,7 @@ impl Branch {
         }
         let chain = chains.chain(branch.chain, false);
         let past = branch.past.as_deref();
-        let fit = chain.fit(branch.fit.estimate, &branch.association, past, N_FIT_STEPS)?;
+        let fit = chain.fit(branch.fit.estimate, &branch.association, past, FIT_STEPS)?;
         branch.is_open = false;
         branch.chain = chains.nearest(&fit.estimate.calibration);
         branch.log_evidence = fit.log_evidence + branch.log_prior;

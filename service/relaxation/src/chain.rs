@@ -64,6 +64,20 @@ impl Chains {
         Self { roots, n_nodes }
     }
 
+    /// About one drift alone, in a map that is about known.
+    pub(crate) fn on_map(
+        travel: &Travel,
+        model: &ErrorModel,
+        calibration: Calibration,
+        (start, landmarks): (Pose, Vec<Point2<f64>>),
+    ) -> Self {
+        let mut closed = Chain::new(travel, calibration, model, is_node);
+        closed.start = start;
+        closed.map = Arc::new(landmarks);
+        let n_nodes = closed.nodes.len();
+        Self { roots: vec![Root { open: closed.clone(), closed, log_share: 0.0 }], n_nodes }
+    }
+
     pub(crate) fn n_roots(&self) -> usize {
         self.roots.len()
     }
@@ -126,6 +140,8 @@ impl Chain {
             prior: Calibration::NONE,
             calibration_precision: model.calibration_precision(),
             deviations_max: f64::INFINITY,
+            start: Pose::IDENTITY,
+            map: Arc::new(Vec::new()),
             nodes: Arc::new(nodes),
         }
     }
@@ -133,7 +149,7 @@ impl Chain {
     /// Takes an estimate of the nodes before `node` to it, by odometry.
     pub(crate) fn extend(&self, estimate: &mut Estimate, node: usize) {
         let pose = match estimate.poses.last() {
-            None => Pose::IDENTITY,
+            None => self.start,
             Some(&before) => {
                 let told = self.displacement(&self.nodes[node], &estimate.calibration);
                 before * Pose::new(told.x, told.y, told.z)

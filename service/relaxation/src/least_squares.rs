@@ -30,8 +30,9 @@ use crate::past::Past;
 const FIRST_POSE_PRECISION: f64 = 1e8;
 /// Precision of landmarks before they are seen, in 1/m²: nothing, but enough to be invertible.
 const LANDMARK_PRECISION: f64 = 1e-9;
-/// Steps smaller than this, in metres and radians, change nothing that matters.
-const STEP_MIN: f64 = 1e-4;
+/// Precision of a map to begin with, in 1/m²: by 0.2 m a landmark may be off, twice what a map from
+/// a camera is.
+const MAP_PRECISION: f64 = 25.0;
 
 /// A landmark's place seen from a step, and how well.
 #[derive(Clone, Debug)]
@@ -67,6 +68,10 @@ pub(crate) struct Chain {
     /// Sightings further off than this many standard deviations count linearly, not squared
     /// (P. J. Huber, "Robust estimation of a location parameter", 1964).
     pub(crate) deviations_max: f64,
+    /// Where an estimate begins.
+    pub(crate) start: Pose,
+    /// Where the first landmarks are taken to be, before they are seen; the others may be anywhere.
+    pub(crate) map: Arc<Vec<Point2<f64>>>,
     /// The way to the first does not count.
     pub(crate) nodes: Arc<Vec<Node>>,
 }
@@ -99,14 +104,15 @@ pub(crate) struct Fit {
 pub(crate) type Stretch<'a> = (Option<&'a Past>, Range<usize>, bool);
 
 impl Chain {
-    /// Fits the nodes from the past's to the last that `estimate` has, from there on, with at most
-    /// `n_steps_max` steps. `None` if the equations cannot be solved.
+    /// Fits the nodes from the past's to the last that `estimate` has, from there on, with at most so
+    /// many steps, until one is smaller than so much, in metres and radians. `None` if the equations
+    /// cannot be solved.
     pub(crate) fn fit(
         &self,
         mut estimate: Estimate,
         association: Association<'_>,
         past: Option<&Past>,
-        n_steps_max: u32,
+        (n_steps_max, step_min): (u32, f64),
     ) -> Option<Fit> {
         let nodes = stretch(past, &estimate.poses);
         let mut cost = self.cost_of(&estimate, association, nodes.clone());
@@ -119,7 +125,7 @@ impl Chain {
             let moved = moved(&estimate, &solution, nodes.1.start);
             let moved_cost = self.cost_of(&moved, association, nodes.clone());
             n_steps += 1;
-            let is_small = solution.largest() < STEP_MIN;
+            let is_small = solution.largest() < step_min;
             let is_downhill = moved_cost <= cost || is_small;
             if is_downhill {
                 (estimate, cost) = (moved, moved_cost);
@@ -166,12 +172,16 @@ impl Chain {
             Some(past) => past.add_to(&mut arrow, estimate),
             None => {
                 let precision = Matrix3::identity() * FIRST_POSE_PRECISION;
-                arrow.add_prior(0, precision, vector(estimate.poses[0]));
+                arrow.add_prior(0, precision, vector(estimate.poses[0]) - vector(self.start));
                 let off = difference(&estimate.calibration, &self.prior);
                 for (index, (&precision, &off)) in
                     self.calibration_precision.iter().zip(&off).enumerate()
                 {
                     arrow.add_border_prior(index, precision, off);
+                }
+                for (index, off) in self.off_map(estimate).enumerate() {
+                    arrow.add_border_prior(3 + 2 * index, MAP_PRECISION, off.x);
+                    arrow.add_border_prior(4 + 2 * index, MAP_PRECISION, off.y);
                 }
             }
         }
@@ -209,7 +219,9 @@ impl Chain {
     ) -> f64 {
         let off = difference(&estimate.calibration, &self.prior);
         let of_calibration = off.component_mul(&self.calibration_precision).dot(&off);
-        let mut sum = past.map_or(of_calibration, |past| 2.0 * past.cost(estimate));
+        let of_map = |off: Vector2<f64>| MAP_PRECISION * off.norm_squared();
+        let of_priors = || of_calibration + self.off_map(estimate).map(of_map).sum::<f64>();
+        let mut sum = past.map_or_else(of_priors, |past| 2.0 * past.cost(estimate));
         for (index, node_index) in nodes.clone().enumerate() {
             let (node, pose) = (&self.nodes[node_index], estimate.poses[node_index]);
             if 0 < index {
@@ -269,6 +281,11 @@ impl Chain {
         // Every sighting has two numbers with a density, every landmark two to integrate over.
         let volume = (n_landmarks as f64 - f64::from(n_seen)) * TAU.ln();
         (log_precision - eliminated - log_determinant) / 2.0 - cost + volume
+    }
+
+    /// How far the first landmarks are from where they are taken to be.
+    fn off_map<'a>(&'a self, estimate: &'a Estimate) -> impl Iterator<Item = Vector2<f64>> + 'a {
+        estimate.landmarks.iter().zip(self.map.iter()).map(|(at, known)| at - known)
     }
 
     /// How much a sighting counts, in (0, 1].

@@ -47,6 +47,7 @@ mod spread;
 mod start;
 mod stencil;
 mod travel;
+mod ways;
 mod whole;
 mod window;
 

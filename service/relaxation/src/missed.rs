@@ -3,7 +3,7 @@
 //! that a camera has in view.
 
 use meetpoint_geometry::{Point2, Pose};
-use nalgebra::{DMatrix, Matrix2x3};
+use nalgebra::{DMatrix, Matrix2x3, Rotation2};
 
 use crate::branch::Branch;
 use crate::least_squares::{Chain, Estimate};
@@ -167,12 +167,14 @@ impl<'a> Missed<'a> {
         let poses = &self.branch.fit.estimate.poses;
         let path = &self.chain.nodes[node].path;
         let last = path.len() - 1;
-        let off = poses[node].position() - poses[node - 1] * path[last];
+        let begun = poses[node - 1];
+        let turn = Rotation2::new(begun.theta_rad);
+        let off = poses[node].position() - begun * path[last];
         path.iter()
             .enumerate()
             .map(|(index, &point)| {
                 let share = index as f64 / last.max(1) as f64;
-                poses[node - 1] * point + off * share
+                begun.position() + turn * point.coords + off * share
             })
             .collect()
     }

@@ -22,6 +22,8 @@ const DEVIATIONS_MAX: f64 = 1.0;
 const N_ROUNDS_MAX: u32 = 10;
 /// A calibration that moved less than this stands still.
 const CALIBRATION_STEP_MIN: f64 = 1e-6;
+/// Steps smaller than this, in metres and radians, change nothing that matters.
+const STEP_MIN: f64 = 1e-4;
 /// Steps of a round.
 const N_STEPS_MAX: u32 = 30;
 
@@ -55,7 +57,7 @@ pub fn refined(
         let about = estimate.calibration;
         let mut chain = Chain::new(travel, about, model, |_| true);
         chain.deviations_max = DEVIATIONS_MAX;
-        let fit = chain.fit(estimate, association, None, N_STEPS_MAX)?;
+        let fit = chain.fit(estimate, association, None, (N_STEPS_MAX, STEP_MIN))?;
         let stands = difference(&fit.estimate.calibration, &about).amax() < CALIBRATION_STEP_MIN;
         estimate = fit.estimate;
         if stands || round == N_ROUNDS_MAX {

@@ -14,7 +14,6 @@ use std::num::NonZero;
 use nalgebra::Matrix2;
 
 use crate::association::nearest_landmarks;
-use crate::consolidation::consolidated;
 use crate::em::{Em, EmParams, Start};
 use crate::em_state::InvalidState;
 use crate::error_model::ErrorModel;
@@ -26,8 +25,9 @@ use crate::landmarks::PeakParams;
 use crate::motion_model::MotionParams;
 use crate::outcome::{Outcome, outcome};
 use crate::perception::PerceptionParams;
-use crate::search::{Search, SearchParams};
+use crate::search::SearchParams;
 use crate::travel::Travel;
+use crate::ways::{Judged, Means, Ways};
 
 /// Tunables of [`Relaxation`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,8 +47,6 @@ pub struct RelaxationParams {
 
 /// A detector that sees no farther is a person with a button, in metres.
 const BUTTON_RANGE_MAX_M: f64 = 1.0;
-/// Hypotheses kept after the search.
-const N_HYPOTHESES_MAX: usize = 50;
 /// What a peak of EM's map is.
 const PEAKS: PeakParams = PeakParams::BUTTON;
 const FORMAT: u8 = 1;
@@ -105,13 +103,13 @@ pub struct Relaxation<'a> {
     /// What the search looks at; hypotheses are about these steps.
     keys: KeySteps,
     params: RelaxationParams,
-    hypotheses: Vec<Hypothesis>,
+    hypotheses: Judged,
     work: Work<'a>,
 }
 
 #[derive(Debug)]
 enum Work<'a> {
-    Search(Box<Search>),
+    Search(Box<Ways>),
     Em { from: From, em: Box<Em<'a>> },
     Refine,
     Done(Option<Box<Outcome>>),
@@ -129,24 +127,22 @@ impl<'a> Relaxation<'a> {
     pub fn new(travel: &'a Travel, params: RelaxationParams) -> Self {
         let spacing = (params.search.key_way_m, params.search.key_turn_rad);
         let keys = KeySteps::of(travel, spacing);
-        let search = Search::new(&keys.travel, &params.model, params.search);
-        let search = Box::new(search.on_threads(params.n_threads));
-        Self { travel, keys, params, hypotheses: Vec::new(), work: Work::Search(search) }
+        let ways = Box::new(Ways::new(&keys.travel, means(&params)));
+        Self { travel, keys, params, hypotheses: Judged::default(), work: Work::Search(ways) }
     }
 
     /// Does one piece of work.
     pub fn advance(&mut self) -> Progress {
         match &mut self.work {
-            Work::Search(search) => {
-                search.advance();
-                let share = search.share();
-                let log_likelihood = search.log_evidence();
+            Work::Search(ways) => {
                 if self.keys.steps.is_empty() {
                     self.work = Work::Refine;
-                } else if 1.0 <= share {
-                    self.hypotheses = search.hypotheses();
-                    self.hypotheses.truncate(N_HYPOTHESES_MAX);
-                    self.consolidate();
+                    return progress(Stage::Search, 0.5);
+                }
+                let goes_on = ways.advance();
+                let (share, log_likelihood) = (ways.share(), ways.log_evidence());
+                if !goes_on {
+                    self.hypotheses = ways.found().clone();
                     self.work = self.begun(From::Controls).unwrap_or(Work::Refine);
                 }
                 Progress { log_likelihood, ..progress(Stage::Search, 0.5 * share) }
@@ -156,7 +152,7 @@ impl<'a> Relaxation<'a> {
                 let figures = em.iterate();
                 if em.has_converged() {
                     let found = found_by(self.travel, em);
-                    self.judge(found.map(|association| self.keys.picked(&association)));
+                    self.judge(found);
                     let next = (from == From::Controls).then(|| self.begun(From::Hypothesis));
                     self.work = next.flatten().unwrap_or(Work::Refine);
                 }
@@ -171,7 +167,7 @@ impl<'a> Relaxation<'a> {
             }
             Work::Refine => {
                 let model = &self.params.refinement_model;
-                let found = outcome((self.travel, &self.keys), model, &self.hypotheses);
+                let found = outcome((self.travel, &self.keys), model, &self.hypotheses.0);
                 self.work = Work::Done(found.map(Box::new));
                 Progress { is_done: true, ..progress(Stage::Refinement, 1.0) }
             }
@@ -197,8 +193,8 @@ impl<'a> Relaxation<'a> {
             Work::Em { from: From::Hypothesis, .. } => 2,
             Work::Refine | Work::Done(_) => 3,
         });
-        bytes.extend((self.hypotheses.len() as u64).to_le_bytes());
-        for hypothesis in &self.hypotheses {
+        bytes.extend((self.hypotheses.0.len() as u64).to_le_bytes());
+        for hypothesis in &self.hypotheses.0 {
             hypothesis.write(&mut bytes);
         }
         if let Work::Em { em, .. } = &self.work {
@@ -222,7 +218,7 @@ impl<'a> Relaxation<'a> {
         let n = read_u64(&mut bytes)?;
         for _ in 0..n {
             let hypothesis = Hypothesis::read(&mut bytes, counts)?;
-            relaxation.hypotheses.push(hypothesis);
+            relaxation.hypotheses.0.push(hypothesis);
         }
         let from = match (format, tag) {
             (FORMAT, 0) if bytes.is_empty() => return Ok(relaxation),
@@ -240,15 +236,6 @@ impl<'a> Relaxation<'a> {
         Ok(relaxation)
     }
 
-    /// Takes landmarks of the best hypothesis that are one together.
-    fn consolidate(&mut self) {
-        let Some(best) = self.hypotheses.first() else { return };
-        let start = (best.association.clone(), best.poses.clone(), best.calibration);
-        let RelaxationParams { model, search, .. } = &self.params;
-        let found = consolidated(&self.keys.travel, model, start, search.density_per_m2);
-        self.judge(found.map(|(association, _)| association));
-    }
-
     /// EM before its first iteration; `None` if the parameters ask for none, or there is nothing to
     /// start from.
     fn begun(&self, from: From) -> Option<Work<'a>> {
@@ -258,7 +245,7 @@ impl<'a> Relaxation<'a> {
             From::Controls => Start::Controls,
             From::Hypothesis => {
                 known =
-                    landmarks_of(&self.keys.travel, self.hypotheses.first()?, &self.params.model);
+                    landmarks_of(&self.keys.travel, self.hypotheses.0.first()?, &self.params.model);
                 Start::Map(&known)
             }
         };
@@ -266,7 +253,7 @@ impl<'a> Relaxation<'a> {
     }
 
     fn em_params(&self, from: From) -> Option<EmParams> {
-        let best = self.hypotheses.first().filter(|_| self.params.runs_em)?;
+        let best = self.hypotheses.0.first().filter(|_| self.params.runs_em)?;
         let calibration = best.calibration;
         let (motion, perception) = (&MotionParams::CARPET, &PerceptionParams::BUTTON);
         let grid = grid_for(self.travel, &calibration, motion, perception).ok()?;
@@ -283,14 +270,8 @@ impl<'a> Relaxation<'a> {
     /// Takes in what EM found, if it is new, where its evidence puts it.
     fn judge(&mut self, association: Option<Vec<Option<u32>>>) {
         let Some(association) = association else { return };
-        if self.hypotheses.iter().any(|known| known.association == association) {
-            return;
-        }
-        let search = Search::new(&self.keys.travel, &self.params.model, self.params.search);
-        let mut search = search.along(association);
-        while search.advance() {}
-        self.hypotheses.extend(search.hypotheses().into_iter().next());
-        self.hypotheses.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+        let association = self.keys.picked(&association);
+        self.hypotheses.judge(&self.keys.travel, &means(&self.params), association);
     }
 
     /// The expectation maximisation under way, for who wants to look at its tables.
@@ -300,6 +281,10 @@ impl<'a> Relaxation<'a> {
             _ => None,
         }
     }
+}
+
+fn means(params: &RelaxationParams) -> Means {
+    Means { model: params.model, params: params.search, n_threads: params.n_threads }
 }
 
 fn progress(stage: Stage, share: f64) -> Progress {

@@ -16,7 +16,10 @@
 use std::collections::HashSet;
 use std::num::NonZero;
 
+use meetpoint_geometry::{Point2, Pose};
+
 use crate::branch::Branch;
+use crate::calibration::Calibration;
 use crate::chain::Chains;
 use crate::consolidation::renumber;
 use crate::error_model::ErrorModel;
@@ -36,6 +39,9 @@ pub struct SearchParams {
     pub key_way_m: f64,
     /// ...or turned by so many radians; at least at every step that it is told of if one is 0.
     pub key_turn_rad: f64,
+    /// How often the travel is searched: forward; then backward as well; then once more with the map
+    /// that was found.
+    pub n_ways: u32,
     /// Hypotheses kept from one step to the next.
     pub n_kept_max: usize,
     /// Hypotheses that agree on the last so many sightings, on the number of landmarks and about on
@@ -66,6 +72,7 @@ impl SearchParams {
     pub const BUTTON: Self = Self {
         key_way_m: 0.0,
         key_turn_rad: 0.0,
+        n_ways: 2,
         n_kept_max: 200,
         n_compared: usize::MAX,
         n_fitted: 100,
@@ -82,7 +89,8 @@ impl SearchParams {
     pub const CAMERA: Self = Self {
         key_way_m: 0.1,
         key_turn_rad: 0.15,
-        n_kept_max: 60,
+        n_ways: 3,
+        n_kept_max: 30,
         n_compared: 12,
         n_fitted: 4,
         log_odds_max: 20.0,
@@ -90,12 +98,45 @@ impl SearchParams {
         deviations_max: 4.0,
         density_per_m2: 0.05,
         false_share: 1e-2,
-        missed_share: 0.85,
+        missed_share: 0.7,
         mistaken_share: 0.02,
     };
 
     /// The same where each says which it is: what is left to find out is which sightings are false.
-    pub const TAGS: Self = Self { n_kept_max: 5, n_fitted: 8, log_odds_max: 15.0, ..Self::CAMERA };
+    pub const TAGS: Self =
+        Self { n_ways: 1, n_kept_max: 5, n_fitted: 8, log_odds_max: 15.0, ..Self::CAMERA };
+}
+
+/// A map to begin a search with, and where the robot starts in it.
+#[derive(Clone, Debug)]
+pub(crate) struct KnownMap {
+    pub(crate) start: Pose,
+    pub(crate) landmarks: Vec<Point2<f64>>,
+    kinds: Vec<LandmarkKind>,
+    calibration: Calibration,
+}
+
+impl KnownMap {
+    /// A hypothesis' map, from its end if the travel goes backward. `travel` is the one forward.
+    pub(crate) fn of(hypothesis: &Hypothesis, travel: &Travel, is_backward: bool) -> Self {
+        let Hypothesis { association, poses, landmarks, calibration, .. } = hypothesis;
+        let mut kinds = vec![LandmarkKind::Type(0); landmarks.len()];
+        let sightings = travel.steps.iter().flat_map(|step| &step.sightings);
+        for (seen, landmark) in sightings.zip(association) {
+            if let Some(landmark) = landmark {
+                kinds[*landmark as usize] = LandmarkKind::of(seen);
+            }
+        }
+        // Backward what drifted to the left drifts to the right.
+        let turn_per_m = calibration.turn_per_m * if is_backward { -1.0 } else { 1.0 };
+        let start = if is_backward { poses.last() } else { poses.first() };
+        Self {
+            start: start.copied().unwrap_or(Pose::IDENTITY),
+            landmarks: landmarks.clone(),
+            kinds,
+            calibration: Calibration { turn_per_m, ..*calibration },
+        }
+    }
 }
 
 /// A branch with the sightings of one more step.
@@ -123,7 +164,27 @@ pub struct Search {
 impl Search {
     /// Before the first step.
     pub fn new(travel: &Travel, model: &ErrorModel, params: SearchParams) -> Self {
-        let chains = Chains::new(travel, model);
+        Self::with(travel, params, Chains::new(travel, model))
+    }
+
+    /// The same with a map to begin with.
+    pub(crate) fn on_map(
+        travel: &Travel,
+        model: &ErrorModel,
+        params: SearchParams,
+        map: KnownMap,
+    ) -> Self {
+        let KnownMap { start, landmarks, kinds, calibration } = map;
+        let chains = Chains::on_map(travel, model, calibration, (start, landmarks.clone()));
+        let mut search = Self::with(travel, params, chains);
+        for branch in &mut search.kept {
+            branch.fit.estimate.landmarks.clone_from(&landmarks);
+            branch.kinds.clone_from(&kinds);
+        }
+        search
+    }
+
+    fn with(travel: &Travel, params: SearchParams, chains: Chains) -> Self {
         let sightings = travel.steps.iter().flat_map(|step| &step.sightings);
         let kinds: Vec<LandmarkKind> = sightings.map(LandmarkKind::of).collect();
         let root = |root| Branch::root(kinds.len(), &chains, root);

@@ -66,8 +66,59 @@ impl Travel {
         poses
     }
 
+    /// The same backward in time: what was seen last comes first.
+    pub(crate) fn reversed(&self) -> Self {
+        let mut steps = Vec::with_capacity(self.steps.len());
+        let mut motion = Motion::NONE;
+        for step in self.steps.iter().rev() {
+            let sightings = step.sightings.iter().rev().copied().collect();
+            steps.push(Step { motion, sightings });
+            motion =
+                Motion::new(step.motion.legs().iter().rev().map(|leg| leg.inverse()).collect());
+        }
+        Self { detector: self.detector, steps }
+    }
+
     /// Landmarks seen, each as often as it was.
     pub fn n_sightings(&self) -> usize {
         self.steps.iter().map(|step| step.sightings.len()).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn backward_the_way_leads_from_its_end_to_its_beginning() {
+        let seen =
+            |range_m| Sighting { identity: None, landmark_type: 0, range_m, bearing_rad: 0.0 };
+        let leg = |x_m, theta_rad| Pose::new(x_m, 0.1, theta_rad);
+        let detector = Detector { range_max_m: 5.0, half_field_of_view_rad: 0.5 };
+        let steps = vec![
+            Step { motion: Motion::NONE, sightings: vec![seen(1.0), seen(2.0)] },
+            Step {
+                motion: Motion::new(vec![leg(1.0, 0.5), leg(2.0, -0.3)]),
+                sightings: vec![seen(3.0)],
+            },
+            Step { motion: Motion::new(vec![leg(0.5, 1.0)]), sightings: vec![seen(4.0)] },
+        ];
+        let travel = Travel { detector, steps };
+        let backward = travel.reversed();
+        let ranges =
+            backward.steps.iter().flat_map(|step| &step.sightings).map(|seen| seen.range_m);
+        assert_eq!(ranges.collect::<Vec<_>>(), [4.0, 3.0, 2.0, 1.0], "the last first");
+        let there = travel.dead_reckoning(&Calibration::NONE);
+        let back = backward.dead_reckoning(&Calibration::NONE);
+        for (there, back) in there.iter().rev().zip(&back) {
+            let off = (there_from_end(there, &travel)).step_to(*back);
+            assert!(off.distance_m() < 1e-9 && off.theta_rad.abs() < 1e-9, "{off:?}");
+        }
+    }
+
+    /// A pose seen from the travel's last.
+    fn there_from_end(pose: &Pose, travel: &Travel) -> Pose {
+        let all = travel.dead_reckoning(&Calibration::NONE);
+        all[all.len() - 1].step_to(*pose)
     }
 }
