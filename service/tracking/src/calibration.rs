@@ -6,7 +6,7 @@
 //! ```
 //!
 //! by weighted least squares with a prior about 1, 1 and 0; steps that disagree by many deviations,
-//! where wheels slip or scans were matched wrongly, lose their weight (Geman and McClure, iterated).
+//! where wheels slip or scans were matched wrongly, lose their weight (Geman and `McClure`, iterated).
 //! Time O(steps).
 
 use meetpoint_geometry::{Pose, angle_between};

@@ -1,6 +1,6 @@
 //! The way driven as a chain: each key scan seen from the one before, by odometry and by what both saw.
 
-use meetpoint_geometry::Pose;
+use meetpoint_geometry::{Pose, angle_between};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::calibration::Calibration;
@@ -31,6 +31,8 @@ pub(crate) struct ScannedStep {
     pub(crate) by_scans: Pose,
     /// Information about its three numbers.
     pub(crate) information: Matrix3<f64>,
+    /// What is to be added to its covariance, because another step was nearly as likely.
+    pub(crate) doubt: Matrix3<f64>,
 }
 
 /// The chain of a travel's key scans.
@@ -50,6 +52,12 @@ const N_STEPS: u32 = 8;
 const N_FACETS_MAX: usize = 90;
 /// One start of a match is better than another if so much more of the scan agrees.
 const GAIN_MIN: f64 = 0.05;
+/// What the odds against another step grow by a factor e with, as a share of the scan.
+const GAIN_SURE: f64 = 0.1;
+/// Steps nearer to one another than this are the same, in metres...
+const APART_MIN_M: f64 = 0.15;
+/// ...and radians.
+const APART_MIN_RAD: f64 = 0.1;
 /// Odometry that moved by less than this share of what live mapping did has stalled.
 const STALLED_SHARE: f64 = 0.3;
 /// No step is surer than this, whatever scans say: 2 mm and 0.05 degrees, what laser and ground leave.
@@ -81,7 +89,7 @@ pub(crate) fn odometry_edge(step: Pose, to: usize, params: &OdometryParams) -> E
 
 /// The step to a key scan as the scans have it, from where odometry or live mapping leads: whichever more
 /// of the scan agrees with. In a corridor it agrees with both, and live mapping may lag: then odometry,
-/// unless it stalled.
+/// unless it stalled or the match left it.
 pub(crate) fn scanned_step(
     travel: &LaserTravel,
     keys: &[KeyScan],
@@ -96,15 +104,37 @@ pub(crate) fn scanned_step(
         let (pose, _) = fitted(a, b, start, &wide, (stride, N_STEPS));
         fitted(a, b, pose, pair, (stride, N_STEPS))
     };
-    let told =
-        |(by_scans, form): (Pose, PairForm)| ScannedStep { by_scans, information: form.hessian };
+    let told = |(by_scans, form): (Pose, PairForm), doubt: Matrix3<f64>| ScannedStep {
+        by_scans,
+        information: form.hessian,
+        doubt,
+    };
     let by_live = matched(live);
-    let Some(odometry) = odometry_step(travel, keys, to) else { return told(by_live) };
+    let Some(odometry) = odometry_step(travel, keys, to) else {
+        return told(by_live, Matrix3::zeros());
+    };
     let by_odometry = matched(odometry);
     let gain = by_live.1.met_share() - by_odometry.1.met_share();
     let has_stalled = odometry.distance_m() < STALLED_SHARE * live.distance_m();
-    let is_live = if gain.abs() <= GAIN_MIN { has_stalled } else { 0.0 < gain };
-    told(if is_live { by_live } else { by_odometry })
+    let drift = odometry.step_to(by_odometry.0);
+    let has_drifted = APART_MIN_M < drift.distance_m() || APART_MIN_RAD < drift.theta_rad.abs();
+    let is_live = if gain.abs() <= GAIN_MIN { has_stalled || has_drifted } else { 0.0 < gain };
+    let (taken, other) = if is_live { (by_live, by_odometry) } else { (by_odometry, by_live) };
+    told(taken, doubt(taken.0, other.0, gain.abs()))
+}
+
+/// Covariance of a step that may as well have been another, given how much more of the scan agrees with
+/// it: that of a mixture of two.
+fn doubt(taken: Pose, other: Pose, gain: f64) -> Matrix3<f64> {
+    let away = Vector3::new(
+        other.x_m - taken.x_m,
+        other.y_m - taken.y_m,
+        angle_between(taken.theta_rad, other.theta_rad),
+    );
+    if away.xy().norm() < APART_MIN_M && away.z.abs() < APART_MIN_RAD {
+        return Matrix3::zeros();
+    }
+    away * away.transpose() * (0.5 * (-gain / GAIN_SURE).exp())
 }
 
 impl Chain {
@@ -150,5 +180,5 @@ fn joined(step: &ScannedStep, edge: Option<&Edge>) -> (Pose, Matrix3<f64>) {
     }
     let covariance = information.try_inverse().unwrap_or_else(Matrix3::identity);
     let std_min = Matrix3::from_diagonal(&STD_MIN.map(|std| std * std));
-    (moved(step.by_scans, covariance * pull), covariance + std_min)
+    (moved(step.by_scans, covariance * pull), covariance + std_min + step.doubt)
 }

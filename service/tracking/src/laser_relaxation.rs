@@ -7,8 +7,10 @@ use meetpoint_occupancy::{Grid, ScanMarks};
 use crate::calibration::{Calibration, calibration};
 use crate::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scanned_step};
 use crate::closure::{Closure, ClosureKey, Verdict};
-use crate::closure_search::{ClosureSearch, Evidence};
+use crate::closure_search::ClosureSearch;
+use crate::evidence::Evidence;
 use crate::key_scan::{KeyScan, key_scans};
+use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage};
 use crate::laser_travel::LaserTravel;
 use crate::neighbours::{pairs_across, pairs_along};
 use crate::placing::{Keys, placed};
@@ -16,64 +18,6 @@ use crate::pose_graph::Edge;
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::sharpness::Sharpness;
 use crate::sweep::Sweeps;
-
-/// What a relaxation is doing.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LaserStage {
-    /// Drawing the map by the live poses, to measure it.
-    Before,
-    /// Matching each key scan with those just before it.
-    Chain,
-    /// Looking for closures.
-    Closures,
-    /// Matching each key scan with all that were taken near it.
-    Sweeps,
-    /// Placing the scans between key scans.
-    Placing,
-    /// Drawing the map by the relaxed poses, to measure it.
-    After,
-}
-
-/// How far a relaxation is.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LaserProgress {
-    /// Share of the work that is done, in 0..=1.
-    pub share: f64,
-    /// What is done next.
-    pub stage: LaserStage,
-    /// Closures accepted so far.
-    pub n_accepted: usize,
-    /// Closures refused so far.
-    pub n_refused: usize,
-}
-
-/// What is told of a map.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct LaserFigures {
-    /// Entropy of the grid that the poses draw.
-    pub sharpness: Sharpness,
-    /// Sum over all constraints of the last pose graph of the square of their residuals in units of
-    /// their covariance, at these poses.
-    pub chi2: f64,
-}
-
-/// What a relaxation found.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LaserOutcome {
-    /// Pose of the robot at each scan of the travel: `map_from_robot`. The first key scan stays where
-    /// live mapping had it.
-    pub poses: Vec<Pose>,
-    /// Every closure that was considered, accepted or not, by key.
-    pub closures: Vec<Closure>,
-    /// The map by live poses.
-    pub before: LaserFigures,
-    /// The map by the relaxed ones.
-    pub after: LaserFigures,
-    /// The farthest that a pose moved, in metres.
-    pub move_max_m: f64,
-    /// How the odometry errs in scale; nothing to correct without odometry.
-    pub calibration: Calibration,
-}
 
 /// A relaxation of one travel, under way. The same calls give the same bits.
 #[derive(Debug)]
@@ -255,9 +199,9 @@ impl LaserRelaxation {
         if search.advance(self.evidence()) {
             return Work::Closures(search);
         }
-        let live = std::mem::replace(&mut self.key_poses, search.key_poses(&self.chain));
+        let live = std::mem::replace(&mut self.key_poses, search.graph.key_poses(&self.chain));
         let mut pairs = pairs_along(self.keys.len());
-        let submap_of = search.submap_of();
+        let submap_of = search.graph.submap_of();
         let joined = search.joined();
         let across = pairs_across(
             &self.keys,
@@ -271,7 +215,7 @@ impl LaserRelaxation {
             self.across[b].push(a);
         }
         pairs.extend(across);
-        let others = self.odometry_edges().chain(search.anchor_edges());
+        let others = search.graph.anchor_edges().into_iter().chain(self.odometry_edges());
         let sweeps = Sweeps::new(self.keys.len(), pairs, others);
         self.live = live;
         self.search = Some(search);
@@ -287,6 +231,10 @@ impl LaserRelaxation {
         let optimised = sweeps.solve(&mut self.key_poses, &self.params.graph);
         let n_done = n_done + 1;
         if n_done == self.params.n_wide_sweeps {
+            let n_closures =
+                self.search.as_ref().map_or(0, |search| search.graph.anchor_edges().len());
+            let chi2_max = self.params.closures.inconsistent_chi2_min;
+            sweeps.leave_out(n_closures, &self.key_poses, chi2_max);
             sweeps.forget();
         }
         let is_settled = self.params.n_wide_sweeps < n_done && optimised.step_last < STEP_MIN;
@@ -329,7 +277,7 @@ impl LaserRelaxation {
             }
             Work::ChainSweeps(..) => (LaserStage::Chain, 0.15),
             Work::Closures(search) => {
-                (LaserStage::Closures, 0.2 + 0.3 * search.share(self.params.closures.n_passes_max))
+                (LaserStage::Closures, 0.2 + 0.3 * search.share(&self.params.closures))
             }
             Work::Sweeps(_, n) => (
                 LaserStage::Sweeps,

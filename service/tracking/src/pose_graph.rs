@@ -5,8 +5,8 @@
 //! ```
 //!
 //! with e taken number by number (the turn wrapped), and rho(s) = s c / (c + s) for edges that may be
-//! wrong (Geman and McClure), rho(s) = s for others. By Levenberg and Marquardt on the sparse normal
-//! equations, each edge weighted by rho'(s): K. MacTavish, T. Barfoot, "At all costs: a comparison of
+//! wrong (Geman and `McClure`), rho(s) = s for others. By Levenberg and Marquardt on the sparse normal
+//! equations, each edge weighted by rho'(s): K. Mac Tavish, T. Barfoot, "At all costs: a comparison of
 //! robust cost functions for camera correspondence outliers", CRV 2015; G. Grisetti, R. Kuemmerle,
 //! C. Stachniss, W. Burgard, "A tutorial on graph-based SLAM", IEEE Intelligent Transportation Systems
 //! Magazine 2 (2010), section IV. The first pose stays. Time of an iteration: that of the sparse
@@ -136,8 +136,8 @@ pub(crate) fn optimise(
         };
         let there = stepped(poses, &step);
         let cost_there = cost(&there, edges);
-        // Not a number is no gain.
-        if !(cost_there < cost_now) {
+        // Not a number is no gain either.
+        if cost_there.is_nan() || cost_now <= cost_there {
             damping *= DAMPING_GROWTH;
             if DAMPING_MAX < damping || step_size(&step) < STEP_MIN {
                 break;

@@ -4,7 +4,7 @@
 //! level h:   M_h(cell) = max over the 2^h by 2^h cells from `cell` on of the field
 //! ```
 //!
-//! so that the sum of M_h over some points' cells bounds what the field can be at the points shifted by
+//! so that the sum of `M_h` over some points' cells bounds what the field can be at the points shifted by
 //! 0 to 2^h - 1 cells along either axis: W. Hess, D. Kohler, H. Rapp, D. Andor, "Real-time loop closure
 //! in 2D LIDAR SLAM", ICRA 2016, section V-B. Each level is made of the one before by doubling the
 //! squares. Space: a byte a cell and level.

@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::{Matrix3, Vector3};
-
 use crate::chain::OdometryParams;
 use crate::key_scan::KeyScanParams;
 use crate::neighbours::NeighbourParams;
@@ -96,28 +94,31 @@ pub struct ClosureParams {
     pub chi2_turn: f64,
     /// A closure with a larger square is refused in the end.
     pub inconsistent_chi2_min: f64,
+    /// Deviations that the graph has at least, in metres...
+    pub graph_std_m: f64,
+    /// ...and radians: what its bound may have left out.
+    pub graph_std_rad: f64,
+    /// Deviations that a match has at least, in metres...
+    pub match_std_m: f64,
+    /// ...and radians: how far a submap is from rigid.
+    pub match_std_rad: f64,
+    /// A rival has at least this share of the best score.
+    pub rival_share: f64,
+    /// Rivals that are kept, at most.
+    pub n_peaks_max: usize,
     /// Passes over all submaps, at most.
     pub n_passes_max: u32,
 }
 
 impl ClosureParams {
-    /// What is added to the graph's covariance: 10 cm and 2 degrees.
-    pub(crate) fn floor(&self) -> Matrix3<f64> {
-        Matrix3::from_diagonal(&Vector3::new(0.01, 0.01, 0.0012))
-    }
-
-    /// What is added to the covariance of a match: 2 cm and 0.3 degrees.
-    pub(crate) fn match_floor(&self) -> Matrix3<f64> {
-        Matrix3::from_diagonal(&Vector3::new(0.0004, 0.0004, 0.000_03))
-    }
-
+    /// What counts as a place of its own.
     pub(crate) fn peaks(&self) -> PeakParams {
         PeakParams {
             score_min: self.score_min,
-            rival_share: 0.6,
+            rival_share: self.rival_share,
             apart_m: self.apart_m,
             apart_rad: self.apart_rad,
-            n_max: 8,
+            n_max: self.n_peaks_max,
         }
     }
 }
@@ -177,6 +178,12 @@ impl LaserRelaxationParams {
             support_chi2_max: 16.0,
             chi2_turn: 16.0,
             inconsistent_chi2_min: 25.0,
+            graph_std_m: 0.1,
+            graph_std_rad: 2.0 * PI / 180.0,
+            match_std_m: 0.02,
+            match_std_rad: 0.3 * PI / 180.0,
+            rival_share: 0.6,
+            n_peaks_max: 8,
             n_passes_max: 3,
         },
         neighbours: NeighbourParams { radius_m: 3.0, n_passes_max: 6, way_max_m: 12.0 },

@@ -5,14 +5,14 @@
 //!        1 / std^2 rho(n_q . (r p - q)),        r = pose of b seen from a
 //! ```
 //!
-//! with the function rho of Geman and McClure, so that what only one of them saw says little; its
+//! with the function rho of Geman and `McClure`, so that what only one of them saw says little; its
 //! quadratic form about a given r, which is what a pose graph takes. Y. Chen, G. Medioni, "Object
 //! modelling by registration of multiple range images", Image and Vision Computing 10 (1992);
 //! F. Lu, E. Milios, "Globally consistent range scan alignment for environment mapping", Autonomous
 //! Robots 4 (1997). Time O(facets).
 
 use meetpoint_geometry::{Point2, Pose, Vector2};
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{ArrayStorage, Matrix3, Vector3};
 
 use crate::surface::Surface;
 
@@ -48,8 +48,7 @@ pub(crate) fn pair_form(
     params: &PairParams,
     stride: usize,
 ) -> PairForm {
-    let mut form =
-        PairForm { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), n_met: 0, n_asked: 0 };
+    let mut form = PairForm::NONE;
     #[expect(clippy::cast_possible_truncation, reason = "facets are kept in single precision")]
     let single = |number: f64| number as f32;
     let (sin, cos) = a_from_b.theta_rad.sin_cos();
@@ -83,6 +82,14 @@ pub(crate) fn pair_form(
 }
 
 impl PairForm {
+    /// Of no facets.
+    pub(crate) const NONE: Self = Self {
+        hessian: Matrix3::from_array_storage(ArrayStorage([[0.0; 3]; 3])),
+        gradient: Vector3::new(0.0, 0.0, 0.0),
+        n_met: 0,
+        n_asked: 0,
+    };
+
     /// Share of the facets that met another.
     pub(crate) fn met_share(&self) -> f64 {
         f64::from(self.n_met) / f64::from(self.n_asked.max(1))

@@ -1,5 +1,6 @@
 //! Submaps: what was seen along a few metres of the way, as one rigid piece.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use meetpoint_geometry::{GridFrame, Point2, Pose};
@@ -51,7 +52,7 @@ fn submap(keys: Range<usize>) -> Submap {
     Submap { keys, anchor }
 }
 
-/// Some key scans drawn in the frame of one of them.
+/// Some key scans drawn, to be searched.
 #[derive(Debug)]
 pub(crate) struct SubmapChart {
     pub(crate) grid: Grid,
@@ -60,20 +61,19 @@ pub(crate) struct SubmapChart {
 }
 
 impl SubmapChart {
-    /// Draws the scans of `keys`, whose poses in any one frame are given, seen from `origin`.
+    /// Draws some scans of a travel, given with their poses.
     pub(crate) fn new(
         travel: &LaserTravel,
-        keys: impl Iterator<Item = (usize, Pose)>,
-        origin: Pose,
+        scans: impl Iterator<Item = (usize, Pose)>,
         frame: GridFrame,
         (model, params): (&BeamModel, &FieldParams),
     ) -> Self {
         let mut grid = Grid::new(frame);
         let mut marks = ScanMarks::new();
-        for (scan, pose) in keys {
+        for (scan, pose) in scans {
             let scan = &travel.scans[scan];
             if let Some(laser) = travel.lasers.get(scan.laser) {
-                let pose = origin.step_to(pose) * laser.robot_from_sensor;
+                let pose = pose * laser.robot_from_sensor;
                 grid.insert_scan(pose, &laser.geometry, &scan.ranges_m, model, &mut marks);
             }
         }
@@ -90,19 +90,17 @@ impl SubmapChart {
     }
 }
 
-/// Hits of some key scans seen from `origin`, one of each square of `edge_m` metres, at most `n_max` of
-/// them and none farther than `range_max_m`.
+/// Hits of some key scans, one of each square of `edge_m` metres, at most `n_max` of them and none
+/// farther than `range_max_m` from the origin.
 pub(crate) fn spread_points<'a>(
     keys: impl Iterator<Item = (&'a KeyScan, Pose)>,
-    origin: Pose,
     (edge_m, range_max_m): (f64, f64),
     n_max: usize,
 ) -> Vec<Point2<f64>> {
-    let mut places = std::collections::BTreeMap::new();
+    let mut places = BTreeMap::new();
     for (key, pose) in keys {
-        let seen = origin.step_to(pose);
         for facet in key.surface.facets() {
-            let point = seen * facet.at.map(f64::from);
+            let point = pose * facet.at.map(f64::from);
             if point.x.hypot(point.y) <= range_max_m {
                 #[expect(clippy::cast_possible_truncation, reason = "within the range")]
                 let square = ((point.x / edge_m).floor() as i32, (point.y / edge_m).floor() as i32);

@@ -1,11 +1,11 @@
-//! Two submaps laid over one another: the pose that fits best, how sure it is, and who agrees.
+//! Two submaps laid over one another: the pose that fits best, and how sure it is.
 //!
 //! Each scan of the one is matched with the scans of the other that were taken nearest to it
 //! ([`pair_form`]), and the sum of their forms, seen as a form of the one pose that relates the two
 //! submaps, is minimised by Gauss-Newton steps.
 
 use meetpoint_geometry::Pose;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Matrix3;
 
 use crate::key_scan::KeyScan;
 use crate::scan_pair::{PairForm, PairParams, moved, pair_form};
@@ -20,14 +20,8 @@ pub(crate) struct SubmapFit {
     pub(crate) from_to: Pose,
     /// Information about its three numbers.
     pub(crate) information: Matrix3<f64>,
-    /// Scans of the second submap that found what the first saw where they expect it.
-    pub(crate) n_agreeing: usize,
-    /// Scans of the second submap that were asked.
-    pub(crate) n_asked: usize,
 }
 
-/// A scan agrees if this share of its facets meets the other submap's walls.
-const AGREEING_SHARE_MIN: f64 = 0.5;
 /// Facets of a scan that are asked, at most.
 const N_FACETS_MAX: usize = 60;
 /// Scans of the first submap that a scan of the second is matched with.
@@ -44,27 +38,13 @@ pub(crate) fn fit(
     start: Pose,
     params: &PairParams,
 ) -> SubmapFit {
-    let mut fit = SubmapFit {
-        from_to: start,
-        information: Matrix3::zeros(),
-        n_agreeing: 0,
-        n_asked: there.len(),
-    };
+    let mut fit = SubmapFit { from_to: start, information: Matrix3::zeros() };
     for _ in 0..N_STEPS {
-        let mut sum = PairForm {
-            hessian: Matrix3::zeros(),
-            gradient: Vector3::zeros(),
-            n_met: 0,
-            n_asked: 0,
-        };
-        fit.n_agreeing = 0;
+        let mut sum = PairForm::NONE;
         for &(key, pose) in there {
             let form = form_of_scan(here, (key, pose), fit.from_to, params);
             sum.hessian += form.hessian;
             sum.gradient += form.gradient;
-            if AGREEING_SHARE_MIN <= form.met_share() {
-                fit.n_agreeing += 1;
-            }
         }
         fit.information = sum.hessian;
         fit.from_to = moved(fit.from_to, sum.step());
@@ -72,7 +52,7 @@ pub(crate) fn fit(
     fit
 }
 
-/// What one scan says of `from_to`; its shares are those of the scan of `here` that it meets best.
+/// What one scan says of `from_to`.
 fn form_of_scan(
     here: &[Placed<'_>],
     (key, pose): Placed<'_>,
@@ -89,8 +69,7 @@ fn form_of_scan(
         })
         .collect();
     order.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-    let mut sum =
-        PairForm { hessian: Matrix3::zeros(), gradient: Vector3::zeros(), n_met: 0, n_asked: 0 };
+    let mut sum = PairForm::NONE;
     let stride = key.surface.facets().len().div_ceil(N_FACETS_MAX).max(1);
     for &(_, index) in order.iter().take(N_NEAREST) {
         let (other, other_pose) = here[index];
@@ -99,8 +78,6 @@ fn form_of_scan(
         let by = by_relation(other_pose, from_to, pose);
         sum.hessian += by.transpose() * form.hessian * by;
         sum.gradient += by.transpose() * form.gradient;
-        sum.n_asked = form.n_asked;
-        sum.n_met = sum.n_met.max(form.n_met);
     }
     sum
 }

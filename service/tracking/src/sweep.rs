@@ -84,6 +84,14 @@ impl Sweeps {
         self.next < self.pairs.len()
     }
 
+    /// Leaves out those of the first `n` of the other edges whose square is larger than `chi2_max`.
+    pub(crate) fn leave_out(&mut self, n: usize, poses: &[Pose], chi2_max: f64) {
+        let others = self.edges.iter_mut().skip(2 * self.pairs.len()).take(n);
+        for edge in others.filter(|edge| chi2_max < edge.chi2(poses[edge.from], poses[edge.to])) {
+            edge.information.fill(0.0);
+        }
+    }
+
     /// Moves the poses by what was matched; the next sweep may begin.
     pub(crate) fn solve(&mut self, poses: &mut Vec<Pose>, params: &PoseGraphParams) -> Optimised {
         self.next = 0;

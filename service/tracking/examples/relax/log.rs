@@ -4,6 +4,7 @@ use std::error::Error;
 use std::f64::consts::FRAC_PI_2;
 use std::fs::File;
 use std::io::Read;
+use std::path::Path;
 use std::sync::Arc;
 
 use flate2::read::GzDecoder;
@@ -20,9 +21,9 @@ pub(crate) struct LoggedScan {
 }
 
 /// The scans of a log, packed or not.
-pub(crate) fn read(path: &str) -> Result<Vec<LoggedScan>, Box<dyn Error>> {
+pub(crate) fn read(path: &Path) -> Result<Vec<LoggedScan>, Box<dyn Error>> {
     let mut text = String::new();
-    if path.ends_with(".gz") {
+    if path.extension().is_some_and(|extension| extension == "gz") {
         GzDecoder::new(File::open(path)?).read_to_string(&mut text)?;
     } else {
         File::open(path)?.read_to_string(&mut text)?;

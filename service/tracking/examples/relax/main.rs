@@ -7,6 +7,7 @@ mod relations;
 mod variant;
 
 use std::error::Error;
+use std::path::Path;
 use std::time::Instant;
 
 use meetpoint_geometry::{GridFrame, Pose};
@@ -27,7 +28,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let [path, relations, names @ ..] = arguments.as_slice() else {
         return Err("usage: relax LOG RELATIONS [VARIANT...]".into());
     };
-    let log = log::read(path)?;
+    let log = log::read(Path::new(path))?;
     let relations = Relations::read(relations)?;
     let names = if names.is_empty() { vec!["whole".to_owned()] } else { names.to_vec() };
     for name in names {

@@ -1,0 +1,65 @@
+//! What a relaxation of a laser session tells: how far it is, and what it found.
+
+use meetpoint_geometry::Pose;
+
+use crate::calibration::Calibration;
+use crate::closure::Closure;
+use crate::sharpness::Sharpness;
+
+/// What a relaxation is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LaserStage {
+    /// Drawing the map by the live poses, to measure it.
+    Before,
+    /// Matching each key scan with those just before it.
+    Chain,
+    /// Looking for closures.
+    Closures,
+    /// Matching each key scan with all that were taken near it.
+    Sweeps,
+    /// Placing the scans between key scans.
+    Placing,
+    /// Drawing the map by the relaxed poses, to measure it.
+    After,
+}
+
+/// How far a relaxation is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LaserProgress {
+    /// Share of the work that is done, in 0..=1.
+    pub share: f64,
+    /// What is done next.
+    pub stage: LaserStage,
+    /// Closures accepted so far.
+    pub n_accepted: usize,
+    /// Closures refused so far.
+    pub n_refused: usize,
+}
+
+/// What is told of a map.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LaserFigures {
+    /// Entropy of the grid that the poses draw.
+    pub sharpness: Sharpness,
+    /// Sum over all constraints of the last pose graph of the square of their residuals in units of
+    /// their covariance, at these poses.
+    pub chi2: f64,
+}
+
+/// What a relaxation found.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LaserOutcome {
+    /// Pose of the robot at each scan of the travel: `map_from_robot`. The first key scan stays where
+    /// live mapping had it.
+    pub poses: Vec<Pose>,
+    /// Every closure that was considered, accepted or not, by key.
+    pub closures: Vec<Closure>,
+    /// The map by live poses.
+    pub before: LaserFigures,
+    /// The map by the relaxed ones.
+    pub after: LaserFigures,
+    /// The farthest that a pose moved, in metres.
+    pub move_max_m: f64,
+    /// How the odometry errs in scale; nothing to correct without odometry.
+    pub calibration: Calibration,
+}

@@ -1,0 +1,56 @@
+//! Charts of submaps, the latest used kept: neighbouring submaps are laid over the same ones.
+
+use std::collections::VecDeque;
+
+use crate::evidence::Evidence;
+use crate::submap::{Submap, SubmapChart};
+
+/// Charts that are kept: some megabytes each.
+const N_CHARTS_MAX: usize = 12;
+/// Scans that a chart is drawn from, at most: walls that as many saw are certain.
+const N_CHART_SCANS_MAX: usize = 30;
+
+/// The charts at hand.
+#[derive(Debug, Default)]
+pub(crate) struct SubmapCharts {
+    /// By submap, the latest used last.
+    kept: VecDeque<(usize, SubmapChart)>,
+}
+
+impl SubmapCharts {
+    /// The chart of a submap and its two neighbours, in the frame of its anchor.
+    pub(crate) fn of(
+        &mut self,
+        submap: usize,
+        submaps: &[Submap],
+        evidence: Evidence<'_>,
+    ) -> &mut SubmapChart {
+        let chart = match self.kept.iter().position(|(of, _)| *of == submap) {
+            Some(place) => self.kept.remove(place),
+            None => None,
+        };
+        let chart = chart.unwrap_or_else(|| (submap, drawn(submap, submaps, evidence)));
+        if self.kept.len() == N_CHARTS_MAX {
+            self.kept.pop_front();
+        }
+        self.kept.push_back(chart);
+        let last = self.kept.len() - 1;
+        &mut self.kept[last].1
+    }
+}
+
+fn drawn(submap: usize, submaps: &[Submap], evidence: Evidence<'_>) -> SubmapChart {
+    let keys: Vec<usize> =
+        around(submap, submaps).flat_map(|near| submaps[near].keys.clone()).collect();
+    let stride = keys.len().div_ceil(N_CHART_SCANS_MAX).max(1);
+    let anchor = submaps[submap].anchor;
+    let scans = keys.into_iter().step_by(stride);
+    let scans = scans.map(|key| (evidence.keys[key].scan, evidence.seen(key, anchor)));
+    let mapping = &evidence.params.mapping;
+    SubmapChart::new(evidence.travel, scans, evidence.frame, (&mapping.beam_model, &mapping.field))
+}
+
+/// A submap and its two neighbours along the way.
+pub(crate) fn around(submap: usize, submaps: &[Submap]) -> std::ops::Range<usize> {
+    submap.saturating_sub(1)..(submap + 2).min(submaps.len())
+}

@@ -1,0 +1,148 @@
+//! The pose graph of submaps: the way driven, and the closures that are believed.
+
+use std::collections::BTreeSet;
+
+use meetpoint_geometry::Pose;
+use nalgebra::Matrix3;
+
+use crate::chain::Chain;
+use crate::evidence::Evidence;
+use crate::normal_equations::NormalEquations;
+use crate::pose_graph::{Edge, PoseGraphParams, optimise};
+use crate::submap::{Submap, submaps};
+use crate::uncertainty::{Link, composed, covariances_from, inverted};
+
+/// Two submaps, the earlier first.
+pub(crate) type SubmapPair = (usize, usize);
+
+/// The graph.
+#[derive(Debug)]
+pub(crate) struct SubmapGraph {
+    pub(crate) submaps: Vec<Submap>,
+    /// Of the submaps' anchors.
+    pub(crate) poses: Vec<Pose>,
+    /// For each submap the covariances of the edges that it is part of.
+    links: Vec<Vec<Link>>,
+    /// Of the way driven, from each submap to the next.
+    steps: Vec<Edge>,
+    closures: Vec<Edge>,
+}
+
+impl SubmapGraph {
+    /// The chain, cut into submaps; without closures.
+    pub(crate) fn new(evidence: Evidence<'_>) -> Self {
+        let Evidence { keys, chain, params, .. } = evidence;
+        let submaps = submaps(keys, &params.submaps);
+        let poses = submaps.iter().map(|submap| chain.poses[submap.anchor]).collect();
+        let links = vec![Vec::new(); submaps.len()];
+        let mut graph = Self { submaps, poses, links, steps: Vec::new(), closures: Vec::new() };
+        for to in 1..graph.submaps.len() {
+            let from = to - 1;
+            let anchors = (graph.submaps[from].anchor, graph.submaps[to].anchor);
+            let step = graph.poses[from].step_to(graph.poses[to]);
+            let edge = graph.joined_by((from, to), step, &along(chain, anchors));
+            graph.steps.extend(edge.map(|edge| Edge { chi2_turn: f64::INFINITY, ..edge }));
+        }
+        graph
+    }
+
+    /// Believes a closure, as far as its residual allows.
+    pub(crate) fn add_closure(
+        &mut self,
+        pair: SubmapPair,
+        (from_to, covariance): (Pose, &Matrix3<f64>),
+        chi2_turn: f64,
+    ) {
+        let edge = self.joined_by(pair, from_to, covariance);
+        self.closures.extend(edge.map(|edge| Edge { chi2_turn, ..edge }));
+    }
+
+    /// Links a pair, and returns its edge.
+    fn joined_by(
+        &mut self,
+        (from, to): SubmapPair,
+        from_to: Pose,
+        covariance: &Matrix3<f64>,
+    ) -> Option<Edge> {
+        let information = covariance.try_inverse()?;
+        self.links[from].push((to, *covariance));
+        self.links[to].push((from, inverted(from_to, covariance)));
+        Some(Edge { from, to, from_to, information, chi2_turn: f64::INFINITY })
+    }
+
+    /// A bound of the covariance of every submap seen from one.
+    pub(crate) fn covariances_from(&self, start: usize) -> Vec<Option<Matrix3<f64>>> {
+        covariances_from(start, &self.poses, &self.links)
+    }
+
+    /// Finds the poses anew.
+    pub(crate) fn optimise(&mut self, params: &PoseGraphParams) {
+        let edges: Vec<Edge> = self.steps.iter().chain(&self.closures).copied().collect();
+        let mut equations = NormalEquations::new(self.poses.len(), &edges);
+        optimise(&mut self.poses, &edges, &mut equations, params);
+    }
+
+    /// Gives up the closure with the largest residual, if its square is larger than `chi2_max`, and
+    /// says which it was.
+    pub(crate) fn remove_worst(&mut self, chi2_max: f64) -> Option<SubmapPair> {
+        let chi2 = |edge: &Edge| edge.chi2(self.poses[edge.from], self.poses[edge.to]);
+        let all = self.closures.iter().enumerate().map(|(index, edge)| (chi2(edge), index));
+        let (worst, index) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        if worst <= chi2_max {
+            return None;
+        }
+        let edge = self.closures.remove(index);
+        Some((edge.from, edge.to))
+    }
+
+    /// The closures, as edges between the key scans that are the submaps' anchors.
+    pub(crate) fn anchor_edges(&self) -> Vec<Edge> {
+        let anchor = |submap: usize| self.submaps[submap].anchor;
+        let edge = |edge: &Edge| Edge { from: anchor(edge.from), to: anchor(edge.to), ..*edge };
+        self.closures.iter().map(edge).collect()
+    }
+
+    /// Which submap each key scan belongs to.
+    pub(crate) fn submap_of(&self) -> Vec<usize> {
+        let keys = self.submaps.iter().enumerate();
+        keys.flat_map(|(index, submap)| submap.keys.clone().map(move |_| index)).collect()
+    }
+
+    /// The submaps that closures join, and their neighbours along the way.
+    pub(crate) fn joined(&self) -> BTreeSet<SubmapPair> {
+        let around = |submap: usize| submap.saturating_sub(1)..=submap + 1;
+        let pairs = |edge: &Edge| {
+            let to = around(edge.to);
+            around(edge.from).flat_map(move |from| to.clone().map(move |to| (from, to)))
+        };
+        self.closures.iter().flat_map(pairs).collect()
+    }
+
+    /// Poses of the key scans: those of the chain, bent so that the anchors are where they were found.
+    pub(crate) fn key_poses(&self, chain: &Chain) -> Vec<Pose> {
+        let at = |submap: usize, key: usize| {
+            let anchor = self.submaps[submap].anchor;
+            self.poses[submap] * chain.poses[anchor].step_to(chain.poses[key])
+        };
+        let pose = |key: usize| {
+            let after = self.submaps.partition_point(|submap| submap.anchor <= key);
+            let (before, after) = (after.saturating_sub(1), after.min(self.submaps.len() - 1));
+            let (first, last) = (self.submaps[before].anchor, self.submaps[after].anchor);
+            if before == after || key <= first {
+                return at(before, key);
+            }
+            let share = (key - first) as f64 / (last - first) as f64;
+            at(before, key).interpolate(at(after, key), share)
+        };
+        (0..chain.poses.len()).map(pose).collect()
+    }
+}
+
+/// Covariance of one key scan seen from another before it, along the chain.
+fn along(chain: &Chain, (from, to): (usize, usize)) -> Matrix3<f64> {
+    (from + 1..=to).fold(Matrix3::zeros(), |sum, next| {
+        let there = chain.poses[from].step_to(chain.poses[next - 1]);
+        let step = chain.poses[next - 1].step_to(chain.poses[next]);
+        composed((there, &sum), (step, &chain.covariances[next]))
+    })
+}
