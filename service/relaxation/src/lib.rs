@@ -30,6 +30,7 @@ mod layer;
 mod least_squares;
 mod level;
 mod m_step;
+mod merging;
 mod missed;
 mod motion;
 mod motion_model;

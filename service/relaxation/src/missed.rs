@@ -116,6 +116,9 @@ impl<'a> Missed<'a> {
 
     /// How much a view tells that the one before did not, 0 to 1.
     fn news(&self, node: usize) -> f64 {
+        if node == 0 {
+            return 1.0;
+        }
         let path = &self.chain.nodes[node].path;
         let length_m: f64 = path.windows(2).map(|ends| (ends[1] - ends[0]).norm()).sum();
         (length_m / SAME_VIEW_M).min(1.0)
@@ -209,4 +212,109 @@ fn within(reach: f64, distance: f64, std: f64) -> f64 {
 /// The normal distribution, to within 2 %: as a logistic one.
 fn below(deviations: f64) -> f64 {
     1.0 / (1.0 + (-1.702 * deviations).exp())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+    use crate::branch::Branch;
+    use crate::chain::Chains;
+    use crate::error_model::ErrorModel;
+    use crate::landmark::LandmarkKind;
+    use crate::motion::Motion;
+    use crate::travel::{Sighting, Step, Travel};
+
+    const CAMERA: Detector = Detector { range_max_m: 10.0, half_field_of_view_rad: 0.6 };
+    const BUTTON: Detector = Detector { range_max_m: 0.0, half_field_of_view_rad: PI };
+
+    /// A robot that goes 4 m straight on by steps of so much, and sees the first landmark, 1 m to the
+    /// left of the way's beginning and 1 m ahead, at each; and all that is asked about landmarks at
+    /// `places` at its end.
+    fn asked<T>(
+        (detector, step_m): (Detector, f64),
+        places: &[Point2<f64>],
+        ask: impl Fn(&Missed<'_>) -> T,
+    ) -> T {
+        let seen = Sighting { identity: None, landmark_type: 0, range_m: 1.4, bearing_rad: 0.8 };
+        let mut steps = vec![Step { motion: Motion::NONE, sightings: vec![seen] }];
+        let mut way_m = 0.0;
+        while way_m < 4.0 {
+            let motion = Motion::new(vec![Pose::new(step_m / 40.0, 0.0, 0.0); 40]);
+            steps.push(Step { motion, sightings: vec![seen] });
+            way_m += step_m;
+        }
+        let travel = Travel { detector, steps };
+        let chains = Chains::new(&travel, &ErrorModel::CAMERA);
+        let mut branch = Branch::root(travel.n_sightings(), &chains, 0);
+        branch.association.fill(Some(0));
+        branch.fit.estimate.landmarks = places.to_vec();
+        branch.kinds = vec![LandmarkKind::Type(0); places.len()];
+        let chain = chains.chain(0, true);
+        for node in 0..chains.n_nodes() {
+            chain.extend(&mut branch.fit.estimate, node);
+        }
+        let n = 6 + 2 * places.len();
+        let covariance = DMatrix::identity(n, n) * 1e-4;
+        let node = chains.n_nodes() - 1;
+        let params = SearchParams { missed_share: 0.5, ..SearchParams::CAMERA };
+        ask(&Missed::new(&branch, chain, &covariance, &params, (node, &detector)))
+    }
+
+    fn of_known(missed: &Missed<'_>) -> f64 {
+        missed.known_landmarks()
+    }
+
+    const SEEN: Point2<f64> = Point2::new(1.0, 1.0);
+
+    #[test]
+    fn what_is_in_view_and_not_seen_counts() {
+        let known = |place| asked((CAMERA, 1.0), &[SEEN, place], of_known);
+        let ahead = known(Point2::new(5.0, 0.0));
+        assert!((ahead - 0.5_f64.ln()).abs() < 0.02, "2 m before the step before: {ahead}");
+        for (place, why) in [
+            (Point2::new(0.0, 0.0), "behind"),
+            (Point2::new(3.0, 2.0), "at the side"),
+            (Point2::new(12.0, 0.0), "far away"),
+        ] {
+            assert!(known(place).abs() < 0.02, "{why}: {}", known(place));
+        }
+        let seen = asked((CAMERA, 1.0), &[SEEN], of_known);
+        assert!(seen.abs() < 1e-12, "it was seen: {seen}");
+    }
+
+    #[test]
+    fn views_from_one_place_count_once() {
+        let unseen = |step_m| {
+            asked((CAMERA, step_m), &[SEEN], |missed| missed.new_landmark(Point2::new(4.5, 0.0)))
+        };
+        let (coarse, fine) = (unseen(SAME_VIEW_M), unseen(SAME_VIEW_M / 8.0));
+        assert!(coarse < 10.0 * 0.5_f64.ln(), "many views: {coarse}");
+        assert!(
+            (coarse - fine).abs() < 0.05 * coarse.abs(),
+            "eight times as often: {coarse} {fine}"
+        );
+    }
+
+    #[test]
+    fn a_new_landmark_was_in_none_of_the_views_before() {
+        let unseen = |place| asked((CAMERA, 1.0), &[SEEN], |missed| missed.new_landmark(place));
+        // From 0, 1 and 2 m it is 4.5, 3.5 and 2.5 m ahead, from 3 m 1.5 m.
+        let ahead = unseen(Point2::new(4.5, 0.0));
+        assert!((ahead - 4.0 * 0.5_f64.ln()).abs() < 0.1, "four views: {ahead}");
+        assert!(unseen(Point2::new(-2.0, 0.0)).abs() < 0.02, "never in view");
+    }
+
+    #[test]
+    fn a_button_is_pressed_where_the_way_leads_over_a_landmark() {
+        let known = |place| asked((BUTTON, 20.0), &[SEEN, place], of_known);
+        let passed = known(Point2::new(10.0, 0.0));
+        assert!(passed < -0.3, "driven over: {passed}");
+        assert!(known(Point2::new(10.0, 4.0)).abs() < 0.01, "4 m beside");
+        assert!(
+            known(Point2::new(19.0, 0.0)).abs() < 1e-12,
+            "at the end it belongs to what is there"
+        );
+    }
 }

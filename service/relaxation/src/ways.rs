@@ -10,6 +10,7 @@ use std::num::NonZero;
 use crate::consolidation::{consolidated, renumber};
 use crate::error_model::ErrorModel;
 use crate::hypothesis::Hypothesis;
+use crate::merging::mergers;
 use crate::search::{KnownMap, Search, SearchParams};
 use crate::travel::Travel;
 
@@ -17,6 +18,9 @@ use crate::travel::Travel;
 const N_HYPOTHESES_MAX: usize = 50;
 /// Hypotheses of a search after the first that are judged.
 const N_JUDGED: usize = 3;
+
+/// Rounds of taking two landmarks for one.
+const N_MERGERS_MAX: u32 = 10;
 
 /// What searches need besides the travel.
 #[derive(Clone, Copy, Debug)]
@@ -64,6 +68,7 @@ pub(crate) struct Ways {
     search: Search,
     is_backward: bool,
     n_done: u32,
+    n_mergers: u32,
     found: Judged,
     best_is_backward: bool,
 }
@@ -79,6 +84,7 @@ impl Ways {
             search,
             is_backward: false,
             n_done: 0,
+            n_mergers: 0,
             found: Judged::default(),
             best_is_backward: false,
         }
@@ -86,6 +92,9 @@ impl Ways {
 
     /// Goes a step on. False once all searches are over.
     pub(crate) fn advance(&mut self) -> bool {
+        if self.means.params.n_ways <= self.n_done {
+            return self.merge();
+        }
         self.search.advance();
         if self.search.share() < 1.0 {
             return true;
@@ -93,7 +102,7 @@ impl Ways {
         self.take_in();
         self.n_done += 1;
         if self.means.params.n_ways <= self.n_done {
-            return false;
+            return self.merges();
         }
         self.is_backward = !self.best_is_backward;
         let travel = if self.is_backward { &self.backward } else { &self.forward };
@@ -112,8 +121,15 @@ impl Ways {
     /// Share of the steps done, 0 to 1.
     pub(crate) fn share(&self) -> f64 {
         let n_ways = self.means.params.n_ways.max(1);
+        let n_parts = f64::from(n_ways + u32::from(self.merges()));
         let under_way = if self.n_done < n_ways { self.search.share() } else { 0.0 };
-        ((f64::from(self.n_done) + under_way) / f64::from(n_ways)).min(1.0)
+        (f64::from(self.n_done) + under_way) / n_parts
+    }
+
+    /// Whether landmarks are taken for one after the searches: where they stand so near to each other
+    /// that a travel is searched more than to and fro.
+    fn merges(&self) -> bool {
+        2 < self.means.params.n_ways
     }
 
     /// Logarithm of the best hypothesis' probability so far, in the search under way.
@@ -147,6 +163,16 @@ impl Ways {
             self.best_is_backward = self.is_backward;
             self.found.consolidate(&self.forward, &self.means);
         }
+    }
+
+    /// Takes two landmarks of the best for one if the evidence grows. False if it does not.
+    fn merge(&mut self) -> bool {
+        let Some(best) = self.found.0.first().cloned() else { return false };
+        for association in mergers(&self.forward, &self.means.model, &best) {
+            self.found.judge(&self.forward, &self.means, association);
+        }
+        self.n_mergers += 1;
+        best.log_evidence < self.best_log_evidence() && self.n_mergers < N_MERGERS_MAX
     }
 
     fn best_log_evidence(&self) -> f64 {

@@ -100,6 +100,25 @@ proptest! {
 }
 
 #[test]
+fn hypotheses_that_will_fare_alike_are_merged() {
+    let travel = travel(&square(&[0, 1, 2, 3, 0, 1, 4, 2, 3, 0]), 0.005, 4);
+    let all = searched(&travel, SearchParams::BUTTON);
+    let merged = searched(&travel, SearchParams { n_compared: 3, ..SearchParams::BUTTON });
+    assert_eq!(merged[0].association, all[0].association, "the best stays");
+    assert!(merged.len() < all.len(), "{} of {}", merged.len(), all.len());
+    let few = SearchParams { n_compared: 3, n_kept_max: 8, ..SearchParams::BUTTON };
+    let recent = |hypothesis: &Hypothesis| hypothesis.association[6..].to_vec();
+    let differ = |found: Vec<Hypothesis>| {
+        let mut recent: Vec<_> = found.iter().map(recent).collect();
+        recent.sort();
+        recent.dedup();
+        recent.len()
+    };
+    let crowded = differ(searched(&travel, SearchParams { n_compared: usize::MAX, ..few }));
+    assert!(crowded <= differ(searched(&travel, few)), "room for what differs lately");
+}
+
+#[test]
 fn a_drifting_robot_finds_its_loop() {
     let corners = [0, 1, 2, 3, 0, 1, 4, 2, 3, 0];
     let travel = travel(&square(&corners), 0.02, 7);
