@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 13] = [
+const FILES: [&str; 14] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -15,6 +15,7 @@ const FILES: [&str; 13] = [
     "meetpoint/v1/cost.proto",
     "meetpoint/v1/plan.proto",
     "meetpoint/v1/landmark.proto",
+    "meetpoint/v1/closure.proto",
     "meetpoint/v1/job.proto",
 ];
 

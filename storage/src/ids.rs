@@ -62,6 +62,17 @@ impl fmt::Display for JobId {
     }
 }
 
+/// Two moments of a session that a relax job considered for the same place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, sqlx::Type)]
+#[sqlx(transparent)]
+pub struct ClosureId(pub Uuid);
+
+impl fmt::Display for ClosureId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 /// A place in the journal: commit order over all maps, counted from 1, with gaps from one map's
 /// point of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, sqlx::Type)]

@@ -41,6 +41,23 @@ impl Store {
         write.end(result).await
     }
 
+    /// Whether a map that was made elsewhere became this one.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub async fn is_imported(&self, map: &MapId) -> Result<bool, Error> {
+        let found = sqlx::query_scalar(
+            "select exists (
+                 select 1 from journal where map_id = $1 and 8 <= kind and kind = $2
+             )",
+        )
+        .bind(map)
+        .bind(Kind::MapImported)
+        .fetch_one(self.readers())
+        .await?;
+        Ok(found)
+    }
+
     /// The first version of a map that tells what stands at `seq` in its journal, or `None`.
     ///
     /// # Errors

@@ -21,6 +21,7 @@ pub(crate) enum Kind {
     MapImported = 8,
     CostDecided = 9,
     SessionsRelaxed = 10,
+    ClosureSwitched = 11,
 }
 
 /// Something that happened, with its place in the journal.
@@ -96,6 +97,11 @@ pub enum JournalEvent {
     /// A job found out where robots had been.
     SessionsRelaxed {
         /// What it found, opaque.
+        payload: Vec<u8>,
+    },
+    /// A person switched a closure off, or on again.
+    ClosureSwitched {
+        /// What was decided, opaque.
         payload: Vec<u8>,
     },
 }
@@ -344,6 +350,9 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         Kind::CostDecided => JournalEvent::CostDecided { payload: payload(row, "a cost")? },
         Kind::SessionsRelaxed => {
             JournalEvent::SessionsRelaxed { payload: payload(row, "a relaxation")? }
+        }
+        Kind::ClosureSwitched => {
+            JournalEvent::ClosureSwitched { payload: payload(row, "a closure's switch")? }
         }
     };
     Ok(JournalEntry { seq, receive_time_ns, event })

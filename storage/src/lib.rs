@@ -5,6 +5,7 @@
 
 mod admission;
 mod append;
+mod closures;
 mod connection;
 mod content_hash;
 mod costs;
@@ -30,11 +31,12 @@ mod trajectories;
 mod versions;
 
 pub use append::{AppendRequest, Appended, NewEntry, Refusal, RejectionRecord};
+pub use closures::{ClosureFilter, ClosureRecord, ClosureSwitch, NewClosure, SessionClosures};
 pub use connection::{Store, StoreSettings};
 pub use content_hash::ContentHash;
 pub use costs::{CostDecisionRecord, NewCostDecision};
 pub use error::Error;
-pub use ids::{JobId, JournalSeq, MapId, RobotId, SessionId};
+pub use ids::{ClosureId, JobId, JournalSeq, MapId, RobotId, SessionId};
 pub use imports::{ImportRecord, NewImport};
 pub use job_runs::{ClaimedJob, JobHeartbeat, JobOutcome, JobReport, NewLogLine};
 pub use jobs::{JobRecord, JobState, LOG_LINES_MAX, LogLine, NewJob};

@@ -3,10 +3,11 @@
 
 use sqlx::SqliteConnection;
 
+use crate::closures::replace_closures;
 use crate::job_runs::hold_checkpoint;
 use crate::journal::Kind;
 use crate::maps::require_map;
-use crate::{ContentHash, Error, JobId, JournalSeq, MapId, Store};
+use crate::{ContentHash, Error, JobId, JournalSeq, MapId, SessionClosures, Store};
 
 /// What a job found, to be recorded.
 #[derive(Clone, Debug)]
@@ -19,6 +20,8 @@ pub struct NewRelaxation {
     pub fence: u64,
     /// What was found, opaque.
     pub payload: Vec<u8>,
+    /// The closures that were considered, of each session that was relaxed.
+    pub closures: Vec<SessionClosures>,
     /// Where the job goes on after a crash, opaque: kept if and only if the decision is.
     pub checkpoint: Vec<u8>,
     /// The service's clock, nanoseconds since 1970.
@@ -42,7 +45,7 @@ struct Row {
 }
 
 impl Store {
-    /// Records what a job found, together with the job's checkpoint: its place in the journal.
+    /// Records what a job found, together with the job's checkpoint and the closures: its place in the journal.
     ///
     /// # Errors
     /// [`Error::NoSuchMap`]; [`Error::LeaseLost`] if the fence is not the one in force or the job
@@ -83,6 +86,9 @@ async fn record(
 ) -> Result<JournalSeq, Error> {
     require_map(&mut *connection, &new.map).await?;
     hold_checkpoint(&mut *connection, new.job, new.fence, &new.checkpoint).await?;
+    for considered in &new.closures {
+        replace_closures(&mut *connection, &new.map, new.job, considered).await?;
+    }
     let seq = sqlx::query_scalar(
         "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
          values ($1, $2, $3, $4, $5) returning seq",

@@ -107,6 +107,10 @@ pub(crate) trait Door {
         version: u64,
         page: Page<'_>,
     ) -> Answer<Rows<v1::Landmark>>;
+    /// A page of the ledger of closures.
+    async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>>;
+    /// The closure as it is then.
+    async fn switch_closure(&self, map: &str, closure: &str, is_off: bool) -> Answer<v1::Closure>;
     /// The bytes of a PNG.
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>>;
     async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job>;

@@ -2,7 +2,9 @@
 
 use meetpoint_client::v1;
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_sim::{ChaCha8Rng, Drive, Laser, Robot, Tick, hall};
+use meetpoint_sim::{
+    ChaCha8Rng, Drive, Laser, OdometryError, Robot, Tick, World, corridor_loop, hall,
+};
 use rand::SeedableRng;
 use v1::ingest_batch_request::Kind as Upload;
 use v1::observation::Kind;
@@ -20,7 +22,7 @@ pub(crate) const START_NS: i64 = 1_767_225_600_000_000_000;
 /// Nanoseconds in a second.
 pub(crate) const SECOND_NS: i64 = 1_000_000_000;
 
-/// A drive through the hall: 8 m by 6 m, once around.
+/// A drive through the hall, 8 m by 6 m, once around; or through a corridor about a block.
 pub(crate) struct SimulatedDrive {
     pub(crate) sensor: v1::Sensor,
     pub(crate) ticks: Vec<Tick>,
@@ -37,10 +39,22 @@ pub(crate) enum Odometry {
 
 impl SimulatedDrive {
     pub(crate) fn through_the_hall(seed: u64) -> Self {
-        let (world, robot) = (hall(), Robot::INDOOR);
+        Self::through(&hall(), Robot::INDOOR, seed)
+    }
+
+    /// Once around the block and one side more: 68 m, with odometry that drifts by a degree in two
+    /// metres, and a scan every fifth of a second.
+    pub(crate) fn around_the_block(seed: u64) -> Self {
+        let odometry_error =
+            OdometryError { drift_rad_per_m: 0.009, ..OdometryError::UNCALIBRATED };
+        let robot = Robot { n_ticks_per_scan: 4, odometry_error, ..Robot::INDOOR };
+        Self::through(&corridor_loop(), robot, seed)
+    }
+
+    fn through(world: &World, robot: Robot, seed: u64) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed);
         let drive = Drive::new(&world.building, robot, &world.tours[0], START_NS, rng);
-        let drive = drive.expect("the hall's tour can be driven");
+        let drive = drive.expect("the building's tour can be driven");
         let building_from_start = drive.truth();
         Self { sensor: laser(&robot.laser), building_from_start, ticks: drive.collect() }
     }
@@ -100,6 +114,19 @@ impl SimulatedDrive {
             batches[index / n_ticks].observations.push(sighting);
         }
         batches
+    }
+
+    /// How far a place in the map's frame is from the beacon of that name, in metres.
+    pub(crate) fn beacon_error_m(&self, name: Option<&str>, at: Point2<f64>) -> f64 {
+        let is_meant = |index: usize| name == Some(&format!("beacon {index}"));
+        let beacon = (0..BEACONS_M.len()).find(|&index| is_meant(index)).expect("a beacon's name");
+        self.error_m(BEACONS_M[beacon], [at.x, at.y])
+    }
+
+    /// How far a place in the map's frame is from one in the building's, in metres.
+    pub(crate) fn error_m(&self, truth_m: [f64; 2], at_m: [f64; 2]) -> f64 {
+        let [truth, at] = [truth_m, at_m].map(|[x_m, y_m]| Point2::new(x_m, y_m));
+        (self.building_from_start.inverse() * truth - at).norm()
     }
 
     /// The same of the scans alone, where other observations have poses too.

@@ -4,6 +4,7 @@ use meetpoint_client::v1;
 use tonic::Status;
 use tonic::transport::Channel;
 use tonic_types::StatusExt;
+use v1::closure_service_client::ClosureServiceClient;
 use v1::cost_service_client::CostServiceClient;
 use v1::graph_service_client::GraphServiceClient;
 use v1::grid_service_client::GridServiceClient;
@@ -22,6 +23,9 @@ use crate::door::{Answer, Door, Page, Refused, Rows};
 /// The largest answer taken: a grid.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
 
+/// Why closures are switched.
+const REASON: &str = "there is a glass wall";
+
 /// The service's gRPC side.
 #[derive(Clone, Debug)]
 pub(crate) struct GrpcDoor {
@@ -32,6 +36,7 @@ pub(crate) struct GrpcDoor {
     pub(crate) graphs: GraphServiceClient<Channel>,
     pub(crate) jobs: JobServiceClient<Channel>,
     landmarks: LandmarkServiceClient<Channel>,
+    closures: ClosureServiceClient<Channel>,
     pub(crate) plans: PlanServiceClient<Channel>,
     pub(crate) costs: CostServiceClient<Channel>,
 }
@@ -49,6 +54,7 @@ impl GrpcDoor {
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
             jobs: JobServiceClient::new(channel.clone()),
             landmarks: LandmarkServiceClient::new(channel.clone()),
+            closures: ClosureServiceClient::new(channel.clone()),
             plans: PlanServiceClient::new(channel.clone()),
             costs: CostServiceClient::new(channel),
         }
@@ -299,6 +305,25 @@ impl Door for GrpcDoor {
         let request = v1::ListLandmarksRequest { map, version, page_size, page_token };
         let reply = self.landmarks.clone().list_landmarks(request).await?.into_inner();
         Ok((reply.landmarks, reply.next_page_token))
+    }
+
+    async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {
+        let reply = self.closures.clone().list_closures(request).await?.into_inner();
+        Ok((reply.closures, reply.next_page_token))
+    }
+
+    async fn switch_closure(&self, map: &str, closure: &str, is_off: bool) -> Answer<v1::Closure> {
+        let (map, closure) = (map.to_owned(), closure.to_owned());
+        let (reason, author) = (REASON.to_owned(), String::new());
+        let mut closures = self.closures.clone();
+        let now = if is_off {
+            let request = v1::SwitchClosureOffRequest { map, closure, reason, author };
+            closures.switch_closure_off(request).await?.into_inner().closure
+        } else {
+            let request = v1::SwitchClosureOnRequest { map, closure, reason, author };
+            closures.switch_closure_on(request).await?.into_inner().closure
+        };
+        Ok(filled(now))
     }
 
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {

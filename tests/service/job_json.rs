@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use v1::create_job_request::Params;
 use v1::job_log_line::Figures;
 
+use crate::closure_json;
 use crate::from_json::{point, present, real, rows, signed, small, text, truth, unsigned};
 
 /// The body that asks for a job.
@@ -122,6 +123,13 @@ fn relaxed_session(body: &Value) -> v1::RelaxedSession {
         correction_max_m: real(&body["correction_max_m"]),
         calibration: present(body, "calibration").map(calibration),
         alternatives: rows(&body["alternatives"], alternative),
+        method: match text(&body["method"]).as_str() {
+            "LANDMARKS" => v1::RelaxMethod::Landmarks.into(),
+            "SCANS" => v1::RelaxMethod::Scans.into(),
+            other => panic!("`{other}` is no method"),
+        },
+        scans: present(body, "scans").map(closure_json::scan_relaxation),
+        grid_sightings: small(&body["grid_sightings"]),
     }
 }
 
@@ -140,5 +148,10 @@ pub(crate) fn landmark(body: &Value) -> v1::Landmark {
         sightings: small(&body["sightings"]),
         confidence: real(&body["confidence"]),
         session: text(&body["session"]),
+        source: match text(&body["source"]).as_str() {
+            "DETECTOR" => v1::LandmarkSource::Detector.into(),
+            "GRID" => v1::LandmarkSource::Grid.into(),
+            other => panic!("`{other}` tells no landmarks apart"),
+        },
     }
 }

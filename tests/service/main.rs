@@ -3,6 +3,7 @@
 //! A scenario that both protocols can tell is written once against [`door::Door`] and run over
 //! both. Nothing here is timed: what takes a while is looked at until it is there.
 
+mod closure_json;
 mod door;
 mod drive;
 mod four_rooms;
@@ -25,6 +26,7 @@ mod graphs;
 mod growing;
 mod imports;
 mod interrupted_jobs;
+mod laser_relaxing;
 mod maps;
 mod mrclam;
 mod operation;

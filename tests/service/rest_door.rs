@@ -6,6 +6,7 @@ use meetpoint_client::v1;
 use serde_json::{Value, json};
 use v1::ingest_batch_request::Kind as Upload;
 
+use crate::closure_json;
 use crate::door::{Answer, Door, Page, Refused, Rows};
 use crate::from_json;
 use crate::graph_json;
@@ -314,6 +315,28 @@ impl Door for RestDoor {
         let query = format!("version={}&{}", version_name(version), paged(page));
         let body = self.get(&format!("/v1/maps/{map}/landmarks?{query}"))?;
         Ok(rows(&body, "landmarks", job_json::landmark))
+    }
+
+    async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {
+        let v1::ListClosuresRequest { map, session, verdict, page_size, page_token } = request;
+        let verdict = match v1::ClosureVerdict::try_from(verdict).expect("one of its values") {
+            v1::ClosureVerdict::Unspecified => "",
+            v1::ClosureVerdict::Accepted => "&verdict=ACCEPTED",
+            v1::ClosureVerdict::Refused => "&verdict=REFUSED",
+        };
+        let page = paged(Page(page_size, &page_token));
+        let query = format!("session={session}{verdict}&{page}");
+        let body = self.get(&format!("/v1/maps/{map}/closures?{query}"))?;
+        Ok(rows(&body, "closures", closure_json::closure))
+    }
+
+    async fn switch_closure(&self, map: &str, closure: &str, is_off: bool) -> Answer<v1::Closure> {
+        let path = if is_off {
+            format!("/v1/maps/{map}/closures/{closure}/switch-off")
+        } else {
+            format!("/v1/maps/{map}/closures/{closure}/switch-on")
+        };
+        Ok(closure_json::closure(&self.post(&path, &json!({"reason": "glass"}), &[200])?))
     }
 
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {

@@ -55,10 +55,10 @@ pub enum Error {
     /// The session has no place in the map.
     #[error("session `{0}` has no place in the map yet: its start was unknown")]
     SessionNotPlaced(String),
-    /// No session of the map has sightings that a relaxation could use.
+    /// No session of the map has scans or sightings that a relaxation could use.
     #[error(
-        "no session of map `{0}` with a place in it saw landmarks at least twice; those with a laser \
-         are relaxed only if they are named"
+        "no session of map `{0}` with a place in it has two scans or saw landmarks twice; those that \
+         were tracked in what others had drawn are relaxed only if they are named"
     )]
     NothingToRelax(String),
     /// What a session saw and drove cannot be relaxed.
@@ -68,6 +68,14 @@ pub enum Error {
         session: String,
         /// Why.
         problem: String,
+    },
+    /// No relax job considered such a closure on the map, or the newest one did not.
+    #[error("map `{map}` has no closure `{closure}`")]
+    NoSuchClosure {
+        /// The map.
+        map: String,
+        /// The closure asked for.
+        closure: String,
     },
     /// No job has that id.
     #[error("no job `{0}`")]
@@ -293,6 +301,7 @@ impl Error {
             Self::SessionNotPlaced(_) => (Code::WrongState, "SESSION_NOT_PLACED"),
             Self::NothingToRelax(_) => (Code::WrongState, "NOTHING_TO_RELAX"),
             Self::CannotRelax { .. } => (Code::WrongState, "CANNOT_RELAX"),
+            Self::NoSuchClosure { .. } => (Code::NotFound, "CLOSURE_NOT_FOUND"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
             Self::NoPicture(_) => (Code::NotFound, "PICTURE_NOT_MADE"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),

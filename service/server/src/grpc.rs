@@ -1,5 +1,6 @@
 //! gRPC: carries operations, decides nothing.
 
+mod closures;
 mod costs;
 mod graphs;
 mod grids;
@@ -17,6 +18,7 @@ use axum::Router;
 use meetpoint_proto::{FILE_DESCRIPTOR_SET, v1};
 use tonic::codec::CompressionEncoding::{Gzip, Zstd};
 use tonic::service::Routes;
+use v1::closure_service_server::ClosureServiceServer;
 use v1::cost_service_server::CostServiceServer;
 use v1::graph_service_server::GraphServiceServer;
 use v1::grid_service_server::GridServiceServer;
@@ -57,6 +59,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<GridServiceServer<Service>>().await;
     health.set_serving::<GraphServiceServer<Service>>().await;
     health.set_serving::<LandmarkServiceServer<Service>>().await;
+    health.set_serving::<ClosureServiceServer<Service>>().await;
     health.set_serving::<JobServiceServer<Service>>().await;
     health.set_serving::<PlanServiceServer<Service>>().await;
     health.set_serving::<CostServiceServer<Service>>().await;
@@ -74,6 +77,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(GridServiceServer, service))
         .add_service(carried!(GraphServiceServer, service))
         .add_service(carried!(LandmarkServiceServer, service))
+        .add_service(carried!(ClosureServiceServer, service))
         .add_service(carried!(JobServiceServer, service))
         .add_service(carried!(PlanServiceServer, service))
         .add_service(carried!(CostServiceServer, service));

@@ -35,6 +35,8 @@ enum Command {
     Rebuild(commands::rebuild::RebuildArgs),
     /// Find out where robots had been and where landmarks are, whatever the odometry did
     Relax(commands::relax::RelaxArgs),
+    /// Show what relax jobs took for the same place, or switch one off or on
+    Closures(commands::closures::ClosuresArgs),
 }
 
 /// What `println!` says when whoever read our output has gone away.
@@ -68,6 +70,7 @@ async fn main() -> ExitCode {
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,
         Command::Relax(args) => commands::relax::run(args).await,
+        Command::Closures(args) => commands::closures::run(args).await,
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

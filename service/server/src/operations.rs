@@ -1,5 +1,6 @@
 //! What the service does, once; gRPC and REST only carry it.
 
+mod closures;
 pub(crate) mod costs;
 pub(crate) mod graphs;
 pub(crate) mod grids;

@@ -3,6 +3,7 @@
 
 mod arcs;
 mod batches;
+mod closures;
 mod costs;
 mod entity_tag;
 mod events;
@@ -32,6 +33,7 @@ mod relaxation;
 mod reply;
 mod request;
 mod robots;
+mod scan_relaxation;
 mod sensors;
 mod session_routes;
 mod sessions;
@@ -122,6 +124,9 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(graphs::get_graph).layer(drawing.clone()))
         .routes(routes!(regions::get_region))
         .routes(routes!(landmarks::list_landmarks))
+        .routes(routes!(closures::list_closures))
+        .routes(routes!(closures::switch_closure_off))
+        .routes(routes!(closures::switch_closure_on))
         .routes(routes!(plans::plan_path))
         .routes(routes!(plans::plan_matrix))
         .routes(routes!(plans::next_motion))

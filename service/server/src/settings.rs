@@ -108,6 +108,7 @@ pub struct PlanningSettings {
 pub struct JobSettings {
     pub n_at_once: usize,
     pub cpu_share: f64,
+    pub scans_bytes_max: usize,
 }
 
 /// Why settings could not be used.
@@ -252,6 +253,7 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("planning.n_builds_at_once", planning.n_builds_at_once as u64, 1),
         ("planning.matrix_pairs_max", planning.matrix_pairs_max, 1),
         ("jobs.n_at_once", jobs.n_at_once as u64, 1),
+        ("jobs.scans_bytes_max", jobs.scans_bytes_max as u64, 1),
     ];
     let (key, value) = ("jobs.cpu_share", jobs.cpu_share);
     if !(0.0 < value && value <= 1.0) {

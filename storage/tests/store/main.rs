@@ -2,6 +2,7 @@
 
 mod append;
 mod append_model;
+mod closures;
 mod costs;
 mod failures;
 mod fixture;

@@ -10,7 +10,7 @@ use crate::fixture::{Fixture, hall};
 
 const ANN: Uuid = Uuid::from_u128(1);
 
-async fn claimed(store: &Store) -> ClaimedJob {
+pub(crate) async fn claimed(store: &Store) -> ClaimedJob {
     let new = NewJob {
         id: JobId(Uuid::from_u128(7)),
         map: hall(),
@@ -23,12 +23,13 @@ async fn claimed(store: &Store) -> ClaimedJob {
     store.claim_job(ANN, 2, 10).await.expect("writing works").expect("there is work")
 }
 
-fn found(job: &ClaimedJob, what: &str) -> NewRelaxation {
+pub(crate) fn found(job: &ClaimedJob, what: &str) -> NewRelaxation {
     NewRelaxation {
         map: hall(),
         job: job.job.id,
         fence: job.fence,
         payload: what.as_bytes().to_vec(),
+        closures: Vec::new(),
         checkpoint: b"decided".to_vec(),
         time_ns: 5,
     }

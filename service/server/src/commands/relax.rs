@@ -34,6 +34,9 @@ pub struct RelaxArgs {
     /// Believe the odometry to be right on average
     #[arg(long)]
     keep_odometry: bool,
+    /// Relax sessions with a laser by junctions, corners and dead ends of their own grids
+    #[arg(long)]
+    landmarks_from_grid: bool,
     /// Higher goes before other jobs: -100 to 100
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     priority: i32,
@@ -54,7 +57,7 @@ pub async fn run(args: RelaxArgs) -> anyhow::Result<()> {
         sessions: args.sessions,
         forget_identities: args.forget_identities,
         estimate_odometry: Some(!args.keep_odometry),
-        landmarks_from_grid: false,
+        landmarks_from_grid: args.landmarks_from_grid,
     };
     let request = v1::CreateJobRequest {
         map: args.map,
@@ -127,6 +130,12 @@ fn print(job: &v1::Job, likelihoods: &Likelihoods) {
     }
     println!("map {} is version {} now", job.map, job.result_version);
     for found in sessions(job) {
+        if let Some(scans) = &found.scans {
+            print_scans(&found.session, scans, found.correction_max_m);
+        }
+        if found.scans.is_some() && found.sightings == 0 {
+            continue;
+        }
         println!(
             "session {}: {} landmarks in {} sightings at {} stations, confidence {:.3}",
             found.session, found.landmarks, found.sightings, found.steps, found.confidence
@@ -147,11 +156,48 @@ fn print(job: &v1::Job, likelihoods: &Likelihoods) {
     }
 }
 
+fn print_scans(session: &str, scans: &v1::ScanRelaxation, moved_m: f64) {
+    let (before, after) = (scans.before.unwrap_or_default(), scans.after.unwrap_or_default());
+    println!(
+        "session {session}: {} closures accepted and {} refused among {} scans; poses moved by up to {moved_m:.2} m",
+        scans.closures_accepted, scans.closures_refused, scans.scans
+    );
+    println!(
+        "  sharpness: {:.0} bits, {:.4} a cell; before {:.0} bits, {:.4} a cell; chi2 {:.0}, before {:.0}",
+        after.entropy_bits,
+        after.entropy_mean_bits,
+        before.entropy_bits,
+        before.entropy_mean_bits,
+        scans.chi2_after,
+        scans.chi2_before
+    );
+}
+
 fn sessions(job: &v1::Job) -> &[v1::RelaxedSession] {
     match &job.result {
         Some(v1::job::Result::RelaxResult(result)) => &result.sessions,
         None => &[],
     }
+}
+
+fn scans_json(scans: &v1::ScanRelaxation) -> serde_json::Value {
+    let sharpness = |of: Option<v1::GridSharpness>| {
+        let v1::GridSharpness { cells, entropy_bits, entropy_mean_bits } = of.unwrap_or_default();
+        serde_json::json!({
+            "cells": cells,
+            "entropy_bits": entropy_bits,
+            "entropy_mean_bits": entropy_mean_bits,
+        })
+    };
+    serde_json::json!({
+        "scans": scans.scans,
+        "closures_accepted": scans.closures_accepted,
+        "closures_refused": scans.closures_refused,
+        "chi2_before": scans.chi2_before,
+        "chi2_after": scans.chi2_after,
+        "before": sharpness(scans.before),
+        "after": sharpness(scans.after),
+    })
 }
 
 fn json(job: &v1::Job, likelihoods: &Likelihoods) -> serde_json::Value {
@@ -179,6 +225,7 @@ fn json(job: &v1::Job, likelihoods: &Likelihoods) -> serde_json::Value {
                 "turn_per_rad": odometry.turn_per_rad,
             },
             "alternatives": alternatives,
+            "scans": found.scans.as_ref().map(scans_json),
             "log_likelihoods": curves,
         })
     };

@@ -58,7 +58,9 @@ fn landmark(landmark: &v1::Landmark) -> Value {
         sightings,
         confidence,
         session,
+        source,
     } = landmark;
+    let is_of_grid = *source == i32::from(v1::LandmarkSource::Grid);
     let v1::Covariance { xx_m2, xy_m2, yy_m2 } = covariance.unwrap_or_default();
     let properties = object([
         ("kind", json!("landmark")),
@@ -68,6 +70,7 @@ fn landmark(landmark: &v1::Landmark) -> Value {
         ("sightings", json!(sightings)),
         ("confidence", json!(confidence)),
         ("session", json!(session)),
+        ("source", json!(if is_of_grid { "GRID" } else { "DETECTOR" })),
     ]);
     let geometry = json!({ "type": "Point", "coordinates": position(&at.unwrap_or_default()) });
     feature(&format!("landmark/{id}"), &properties, &geometry)

@@ -55,12 +55,7 @@ pub(crate) fn asked(
             Err(Error::field("relax", "parameters of another kind of job"))
         }
         (Ok(v1::JobKind::Relax), params) => {
-            let params = params.map(|Params::Relax(params)| params).unwrap_or_default();
-            if params.landmarks_from_grid {
-                let problem = "landmarks are not found in grids yet";
-                return Err(Error::field("relax.landmarks_from_grid", problem));
-            }
-            Ok(Asked::Relax(params))
+            Ok(Asked::Relax(params.map(|Params::Relax(params)| params).unwrap_or_default()))
         }
         (Ok(v1::JobKind::Unspecified), _) => Err(Error::field("kind", "missing")),
         (Err(_), _) => Err(Error::field("kind", format!("{kind} is none of its values"))),

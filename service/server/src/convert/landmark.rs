@@ -52,7 +52,9 @@ fn to_wire(session: &RelaxedSession, landmark: &RelaxedLandmark) -> v1::Landmark
         covariance_m2,
         certainty,
         n_sightings,
+        is_of_grid,
     } = landmark;
+    let source = if *is_of_grid { v1::LandmarkSource::Grid } else { v1::LandmarkSource::Detector };
     let map_from_session = session.map_from_session;
     let at = map_from_session * *position;
     let [xx_m2, xy_m2, yy_m2] = turned(map_from_session, *covariance_m2);
@@ -65,6 +67,7 @@ fn to_wire(session: &RelaxedSession, landmark: &RelaxedLandmark) -> v1::Landmark
         sightings: *n_sightings,
         confidence: *certainty,
         session: session.session.0.to_string(),
+        source: source.into(),
     }
 }
 
@@ -98,6 +101,7 @@ mod tests {
             covariance_m2: [0.04, 0.01, 0.09],
             certainty: 1.0,
             n_sightings: 2,
+            is_of_grid: false,
         };
         let session = RelaxedSession {
             session: SessionId(Uuid::from_u128(5)),

@@ -42,6 +42,8 @@ pub(crate) struct RelaxedLandmark {
     pub(crate) certainty: f64,
     /// How often it was seen.
     pub(crate) n_sightings: u32,
+    /// Whether the service found it in the grid about the robot.
+    pub(crate) is_of_grid: bool,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -83,6 +85,8 @@ struct RecordedLandmark {
     certainty: f64,
     #[prost(uint32, tag = "7")]
     n_sightings: u32,
+    #[prost(bool, tag = "8")]
+    is_of_grid: bool,
 }
 
 /// The bytes of what a job found.
@@ -114,6 +118,7 @@ fn recorded(session: &RelaxedSession) -> RecordedSession {
         covariance_m2: landmark.covariance_m2.to_vec(),
         certainty: landmark.certainty,
         n_sightings: landmark.n_sightings,
+        is_of_grid: landmark.is_of_grid,
     });
     RecordedSession {
         session: session.0.as_bytes().to_vec(),
@@ -144,6 +149,7 @@ fn read_landmark(recorded: RecordedLandmark) -> Option<RelaxedLandmark> {
         covariance_m2,
         certainty,
         n_sightings,
+        is_of_grid,
     } = recorded;
     let [x_m, y_m] = <[f64; 2]>::try_from(position).ok()?;
     Some(RelaxedLandmark {
@@ -154,6 +160,7 @@ fn read_landmark(recorded: RecordedLandmark) -> Option<RelaxedLandmark> {
         covariance_m2: <[f64; 3]>::try_from(covariance_m2).ok()?,
         certainty,
         n_sightings,
+        is_of_grid,
     })
 }
 
@@ -171,6 +178,7 @@ mod tests {
             covariance_m2: [0.01, -0.002, 0.03],
             certainty: 0.9,
             n_sightings: 4,
+            is_of_grid: true,
         };
         let session = RelaxedSession {
             session: SessionId(Uuid::from_u128(5)),

@@ -1,10 +1,11 @@
 //! A map drawn again from its journal, by all that jobs have found out, beside the living map.
 
 use std::collections::BTreeMap;
+use std::ops::Range;
 use std::time::{Duration, Instant};
 
 use meetpoint_proto::v1;
-use meetpoint_storage::{JournalSeq, MapRecord, SessionId};
+use meetpoint_storage::{JournalSeq, MapRecord, PoseRecord, SessionId};
 use meetpoint_tracking::MappingParams;
 
 use super::running::{Running, Stopped};
@@ -26,6 +27,11 @@ pub(super) struct Drawn {
 }
 
 impl Drawn {
+    /// The poses of a session in its own frame; none of a session that the map does not know.
+    pub(super) fn poses(&self, session: SessionId) -> &[PoseRecord] {
+        self.state.poses_of(session)
+    }
+
     /// What the living map is to be replaced by.
     pub(super) fn into_replacement(self, origin: &'static str) -> Replacement {
         let Self { state, n_scans: _, corrections } = self;
@@ -33,20 +39,32 @@ impl Drawn {
     }
 }
 
-/// Draws a map up to the end that its journal has now, while the job's progress goes from
-/// `share_before` to 1.
+/// Draws a map up to the end that its journal has now, by all that jobs found out, while the job's
+/// progress goes from `share_before` to 1.
 pub(super) async fn drawn_again(
     service: &Service,
     record: &MapRecord,
-    (running, bench): (&Running<'_>, &Workbench),
+    at_work: (&Running<'_>, &Workbench),
     share_before: f64,
 ) -> Result<Drawn, Stopped> {
     let end = service.store.journal_end(&record.id).await?;
     let relaxations = Relaxations::load(&service.store, &record.id, end).await?;
+    drawn(service, (record, end), relaxations, at_work, share_before..1.0).await
+}
+
+/// Draws a map up to a place in its journal by these relaxations, while the job's progress goes through
+/// `shares`.
+pub(super) async fn drawn(
+    service: &Service,
+    (record, end): (&MapRecord, JournalSeq),
+    relaxations: Relaxations,
+    (running, bench): (&Running<'_>, &Workbench),
+    shares: Range<f64>,
+) -> Result<Drawn, Stopped> {
     let state = MapState::new(&MappingParams::INDOOR, record.resolution_m, relaxations)?;
     let mut drawn = Drawn { state, n_scans: 0, corrections: BTreeMap::new() };
     let text = format!("journal entries up to {}", end.0);
-    running.progress(share_before, Some(&text)).await?;
+    running.progress(shares.start, Some(&text)).await?;
     let mut reported = Instant::now();
     while drawn.state.position() < end {
         let settings = &service.settings.mapping;
@@ -64,13 +82,14 @@ pub(super) async fn drawn_again(
         });
         drawn = applied.await??;
         if reported.elapsed() >= REPORT_EVERY {
-            let share = share_before + (1.0 - share_before) * share(drawn.state.position(), end);
+            let share = share(drawn.state.position(), end);
+            let share = shares.start + (shares.end - shares.start) * share;
             running.progress(share, None).await?;
             reported = Instant::now();
         }
     }
     let text = format!("{} scans mapped again", drawn.n_scans);
-    running.progress(1.0, Some(&text)).await?;
+    running.progress(shares.end, Some(&text)).await?;
     Ok(drawn)
 }
 

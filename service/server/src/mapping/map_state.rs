@@ -119,6 +119,11 @@ impl MapState {
         self.n_scans_since_snapshot
     }
 
+    /// The poses of a session since the last snapshot, in the session's frame.
+    pub(crate) fn poses_of(&self, session: SessionId) -> &[PoseRecord] {
+        self.poses.get(&session).map_or(&[], |new| &new.poses)
+    }
+
     /// How far each open session is.
     pub(crate) fn progress(&self) -> impl Iterator<Item = (SessionId, u64)> + '_ {
         self.sessions.iter().map(|(&id, session)| (id, session.mapped_through))
@@ -147,6 +152,7 @@ impl MapState {
             JournalEvent::SessionsRelaxed { .. }
             | JournalEvent::VersionPublished { .. }
             | JournalEvent::CostDecided { .. }
+            | JournalEvent::ClosureSwitched { .. }
             | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;

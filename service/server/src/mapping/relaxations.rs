@@ -41,6 +41,19 @@ impl Relaxations {
         Ok(Self { through, sessions })
     }
 
+    /// The same with what a job found out besides, before it is decided.
+    pub(crate) fn with(mut self, found: &[RelaxedSession]) -> Self {
+        let found = found.iter().map(|session| (session.session, Arc::new(session.clone())));
+        self.sessions.extend(found);
+        self
+    }
+
+    /// The same without what is known of a session.
+    pub(crate) fn without(mut self, session: SessionId) -> Self {
+        self.sessions.remove(&session);
+        self
+    }
+
     /// The place in the journal up to which relaxations are in.
     pub(super) fn through(&self) -> JournalSeq {
         self.through

@@ -17,14 +17,37 @@ use super::reply::{ok, ok_long};
 use super::request::{Path, Query, version_number};
 use crate::convert::geojson::landmarks_geojson;
 
-/// A place that robots told apart from others by a detector.
+/// What told a landmark apart from its surroundings.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub(crate) enum LandmarkSource {
+    /// Not told by the service of that version.
+    Unspecified,
+    /// A detector of the robot's.
+    Detector,
+    /// The service, in the grid about the robot: a junction, a corner, a dead end.
+    Grid,
+}
+
+impl From<v1::LandmarkSource> for LandmarkSource {
+    fn from(wire: v1::LandmarkSource) -> Self {
+        match wire {
+            v1::LandmarkSource::Unspecified => Self::Unspecified,
+            v1::LandmarkSource::Detector => Self::Detector,
+            v1::LandmarkSource::Grid => Self::Grid,
+        }
+    }
+}
+
+/// A place that robots told apart from others.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct Landmark {
     /// A UUID. Where the landmark has an identity it stays the same from job to job of the session;
     /// otherwise each job gives a new one.
     #[schema(example = "0199d3a6-6ac5-8c4e-9d51-2d9a3f1f3c11")]
     id: String,
-    /// As the sightings name it; empty where all look alike.
+    /// As the sightings name it; empty where all look alike. `meet_point` where the
+    /// service found them in the grid.
     r#type: String,
     /// What it is called, where sightings told and the job was to believe them; else absent.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -41,6 +64,7 @@ pub(crate) struct Landmark {
     confidence: f64,
     /// Id of the session that saw it.
     session: String,
+    source: LandmarkSource,
 }
 
 /// How far off a position may be: the covariance of x and y in the map's frame, in square metres.
@@ -69,6 +93,7 @@ impl From<v1::Landmark> for Landmark {
             sightings,
             confidence,
             session,
+            source,
         } = wire;
         Self {
             id,
@@ -79,6 +104,7 @@ impl From<v1::Landmark> for Landmark {
             sightings,
             confidence,
             session,
+            source: v1::LandmarkSource::try_from(source).unwrap_or_default().into(),
         }
     }
 }

@@ -33,6 +33,7 @@ use super::problem::{PROBLEM_JSON, Problem};
         (name = "plans", description = "Ways through a map version: paths, lengths, next motions."),
         (name = "costs", description = "What is closed, dear or drawn on top of a map, and for which robots it is planned."),
         (name = "landmarks", description = "What robots told apart on a map version."),
+        (name = "closures", description = "What relax jobs took for the same place, and what people decide about it."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),

@@ -4,13 +4,17 @@ use meetpoint_proto::v1;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// How a relax job is to be done. It goes by odometry and sightings of landmarks; laser scans are drawn
-/// by what was found, and do not help to find it.
+use super::scan_relaxation::{RelaxMethod, ScanRelaxation};
+
+/// How a relax job is to be done. What a session carries decides by what it is relaxed: scans, else
+/// sightings of landmarks. Of a session with both the scans say where the robot was, and what it saw from
+/// there says where the landmarks are.
 #[derive(Debug, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct RelaxParams {
-    /// Only these sessions. Empty for all of the map that have a place in it, saw landmarks and have
-    /// no laser: scans place a session better than odometry does, so those are to be named.
+    /// Only these sessions. Empty for all of the map that have a place in it and scans or sightings; but
+    /// of sessions with a laser only the first: the others are tracked in the map that it draws, and
+    /// follow it.
     sessions: Vec<String>,
     /// Takes landmarks of one type for all alike, whatever sightings call them.
     forget_identities: bool,
@@ -18,8 +22,9 @@ pub(crate) struct RelaxParams {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     estimate_odometry: Option<bool>,
-    /// Whether junctions and dead ends of the grid are landmarks too. Not offered yet: true is
-    /// refused.
+    /// Whether sessions with a laser are relaxed by landmarks that the service finds itself: junctions,
+    /// corners and dead ends of the grid about the robot, drawn of its last metres. Those that a
+    /// detector saw count beside them.
     landmarks_from_grid: bool,
 }
 
@@ -74,11 +79,12 @@ pub(crate) struct RelaxedSession {
     session: String,
     /// Moments at which the pose was estimated.
     steps: u32,
-    /// Sightings used.
+    /// Sightings used, those that the service made itself among them.
     sightings: u32,
     /// Sightings without the direction or distance that their sensor's range asks for: not used.
     sightings_left_out: u32,
     landmarks: u32,
+    /// Of all that the session observed; 0 of a session relaxed by scans.
     log_likelihood: f64,
     /// How probable it is that every sighting is of the landmark that it is taken for.
     #[schema(minimum = 0, maximum = 1, example = 0.99)]
@@ -90,11 +96,19 @@ pub(crate) struct RelaxedSession {
     spread_after_m: f64,
     /// How far the pose was moved that was moved farthest, in metres.
     correction_max_m: f64,
+    /// Absent from a session relaxed by scans.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     calibration: Option<OdometryCalibration>,
     /// Other readings of the same data, best first; empty if all is clear.
     alternatives: Vec<RelaxAlternative>,
+    method: RelaxMethod,
+    /// What its scans say; absent if it was not relaxed by them.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    scans: Option<ScanRelaxation>,
+    /// Sightings that the service made itself, of junctions, corners and dead ends of the grid.
+    grid_sightings: u32,
 }
 
 /// What undoes the steady errors of a robot's odometry.
@@ -139,6 +153,9 @@ impl From<v1::RelaxedSession> for RelaxedSession {
             correction_max_m,
             calibration,
             alternatives,
+            method,
+            scans,
+            grid_sightings,
         } = wire;
         Self {
             session,
@@ -153,6 +170,9 @@ impl From<v1::RelaxedSession> for RelaxedSession {
             correction_max_m,
             calibration: calibration.map(OdometryCalibration::from),
             alternatives: alternatives.into_iter().map(RelaxAlternative::from).collect(),
+            method: v1::RelaxMethod::try_from(method).unwrap_or_default().into(),
+            scans: scans.map(ScanRelaxation::from),
+            grid_sightings,
         }
     }
 }

@@ -132,8 +132,10 @@ mod tests {
             }
         }
         let mut reader = CourseReader::new(&[]).expect("no sensors");
-        reader.read(v1::Batch { number: 1, observations }, &[]);
-        reader.finish().expect("there is odometry")
+        for observation in observations {
+            reader.read(observation);
+        }
+        reader.finish()
     }
 
     fn way() -> impl Strategy<Value = Vec<Pose>> {

@@ -29,6 +29,15 @@ struct Waypoint {
     travelled_m: f64,
 }
 
+impl Waypoint {
+    fn after(before: Option<&Self>, stamp_ns: i64, odometry: Pose) -> Self {
+        let travelled_m = before.map_or(0.0, |before| {
+            before.travelled_m + before.odometry.step_to(odometry).distance_m()
+        });
+        Self { stamp_ns, odometry, travelled_m }
+    }
+}
+
 /// A point of the way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Place {
@@ -45,8 +54,8 @@ pub(super) struct Place {
 pub(super) struct Moment {
     pub(super) stamp_ns: i64,
     pub(super) place: Place,
-    /// The landmark, if one was seen.
-    pub(super) seen: Option<Seen>,
+    /// The landmarks that were seen.
+    pub(super) seen: Vec<Seen>,
 }
 
 /// A landmark seen.
@@ -78,9 +87,33 @@ impl Course {
         range.map(|index| self.at_waypoint(index))
     }
 
+    /// Whether the robot reckoned at all.
+    pub(super) fn has_odometry(&self) -> bool {
+        !self.waypoints.is_empty()
+    }
+
     /// Waypoints of the whole way.
     pub(super) fn n_waypoints(&self) -> usize {
         self.waypoints.len()
+    }
+
+    /// The same moments along another way: the robot's poses at some of them, in order, in a frame of
+    /// their own. Without poses the way stays as it is.
+    pub(super) fn along(mut self, poses: &[(usize, Pose)]) -> Self {
+        if poses.is_empty() {
+            return self;
+        }
+        let mut waypoints: Vec<Waypoint> = Vec::with_capacity(poses.len());
+        for &(moment, odometry) in poses {
+            let Some(Moment { stamp_ns, .. }) = self.moments.get(moment) else { continue };
+            waypoints.push(Waypoint::after(waypoints.last(), *stamp_ns, odometry));
+        }
+        self.waypoints = waypoints;
+        for index in 0..self.moments.len() {
+            let n_before = poses.partition_point(|&(moment, _)| moment <= index);
+            self.moments[index].place = self.place_at(self.moments[index].stamp_ns, n_before);
+        }
+        self
     }
 
     fn at_waypoint(&self, index: usize) -> Place {
@@ -91,6 +124,9 @@ impl Course {
 
     /// Where the robot was at a time, by the waypoints that arrived about then.
     fn place_at(&self, stamp_ns: i64, n_before: usize) -> Place {
+        if self.waypoints.is_empty() {
+            return Place { n_before: 0, odometry: Pose::IDENTITY, travelled_m: 0.0 };
+        }
         let near = n_before.saturating_sub(N_NEIGHBOURS)
             ..(n_before + N_NEIGHBOURS).min(self.waypoints.len());
         let stamp = |index: usize| self.waypoints[index].stamp_ns;
@@ -134,7 +170,7 @@ pub(super) struct CourseReader {
     detectors: BTreeMap<String, Detector>,
     course: Course,
     /// By arrival: stamp, waypoints before it, what was seen.
-    noted: Vec<(i64, usize, Option<Seen>)>,
+    noted: Vec<(i64, usize, Vec<Seen>)>,
     velocity: Option<v1::OdometryVelocity>,
 }
 
@@ -167,16 +203,13 @@ impl CourseReader {
         Ok(Self { detectors, course, noted: Vec::new(), velocity: None })
     }
 
-    /// Reads the observations of the next batch that are not rejected.
-    pub(super) fn read(&mut self, batch: v1::Batch, rejected: &[u32]) {
-        for (index, observation) in (0_u32..).zip(batch.observations) {
-            if !rejected.contains(&index) {
-                self.read_observation(observation);
-            }
-        }
+    /// Observations with a pose so far.
+    pub(super) fn n_moments(&self) -> usize {
+        self.noted.len()
     }
 
-    fn read_observation(&mut self, observation: v1::Observation) {
+    /// Reads the next observation.
+    pub(super) fn read(&mut self, observation: v1::Observation) {
         let v1::Observation { stamp_ns, monotonic_ns: _, sensor_id, kind } = observation;
         let seen = match kind {
             None => return,
@@ -197,19 +230,16 @@ impl CourseReader {
             Some(Kind::LandmarkSighting(sighting)) => {
                 let seen = self.seen(&sensor_id, sighting);
                 self.course.n_left_out += u32::from(seen.is_none());
-                seen
+                seen.into_iter().collect()
             }
-            Some(Kind::LaserScan(_) | Kind::SonarScan(_) | Kind::Mark(_)) => None,
+            Some(Kind::LaserScan(_) | Kind::SonarScan(_) | Kind::Mark(_)) => Vec::new(),
         };
         self.noted.push((stamp_ns, self.course.waypoints.len(), seen));
     }
 
     fn push(&mut self, stamp_ns: i64, odometry: Pose) {
-        let before = self.course.waypoints.last();
-        let travelled_m = before.map_or(0.0, |before| {
-            before.travelled_m + before.odometry.step_to(odometry).distance_m()
-        });
-        self.course.waypoints.push(Waypoint { stamp_ns, odometry, travelled_m });
+        let waypoint = Waypoint::after(self.course.waypoints.last(), stamp_ns, odometry);
+        self.course.waypoints.push(waypoint);
     }
 
     /// Where the velocity in force has led by now: along an arc.
@@ -241,19 +271,16 @@ impl CourseReader {
         Some(Seen { identity, landmark_type, robot_from_landmark })
     }
 
-    /// The whole way; `None` without odometry.
-    pub(super) fn finish(self) -> Option<Course> {
+    /// The whole way. Without odometry all of it is at the start.
+    pub(super) fn finish(self) -> Course {
         let Self { mut course, noted, .. } = self;
-        if course.waypoints.is_empty() {
-            return None;
-        }
         let moment = |(stamp_ns, n_before, seen)| {
             let place = course.place_at(stamp_ns, n_before);
             Moment { stamp_ns, place, seen }
         };
         let moments = noted.into_iter().map(moment).collect();
         course.moments = moments;
-        Some(course)
+        course
     }
 }
 
@@ -297,8 +324,10 @@ mod tests {
     fn course(observations: Vec<v1::Observation>) -> Course {
         let sensors = [detector("camera", 4.0), detector("button", 0.3)];
         let mut reader = CourseReader::new(&sensors).expect("good sensors");
-        reader.read(v1::Batch { number: 1, observations }, &[]);
-        reader.finish().expect("there is odometry")
+        for observation in observations {
+            reader.read(observation);
+        }
+        reader.finish()
     }
 
     #[test]
@@ -355,7 +384,7 @@ mod tests {
         let seen: Vec<Point2<f64>> = course
             .moments
             .iter()
-            .filter_map(|moment| Some(moment.seen.as_ref()?.robot_from_landmark))
+            .flat_map(|moment| moment.seen.iter().map(|seen| seen.robot_from_landmark))
             .collect();
         assert!((seen[0] - Point2::new(0.5, 2.0)).norm() < 1e-12, "to the left: {seen:?}");
         assert!((seen[1] - Point2::new(0.5, 0.0)).norm() < 1e-12, "at hand: {seen:?}");

@@ -3,11 +3,13 @@
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{Calibration, MappedLandmark, Outcome, Travel};
-use meetpoint_storage::{JobId, SessionRecord};
-use uuid::Builder;
+use meetpoint_storage::{JobId, SessionId, SessionRecord};
+use uuid::{Builder, Uuid};
 
 use super::bending::bent;
 use super::course::Course;
+use super::grid_landmarks;
+use super::spread::spread_m;
 use super::stations::Stations;
 use crate::convert::pose;
 use crate::convert::relaxation::{RelaxedLandmark, RelaxedSession};
@@ -27,7 +29,6 @@ pub(super) fn finding(
     let moved_m =
         moved.map(|(moment, pose)| (pose.position() - moment.place.odometry.position()).norm());
     let map_from_session = record.map_from_session.map_or(Pose::IDENTITY, pose::from_record);
-    let sightings = || landmarks.iter().map(|landmark| landmark.sightings.as_slice());
     let told = v1::RelaxedSession {
         session: record.id.0.to_string(),
         steps: count(stations.travel.steps.len()),
@@ -36,8 +37,11 @@ pub(super) fn finding(
         landmarks: count(landmarks.len()),
         log_likelihood: *log_evidence,
         confidence: *confidence,
-        spread_before_m: spread_m(&stations.travel, &reckoned, sightings()),
-        spread_after_m: spread_m(&stations.travel, poses, sightings()),
+        method: v1::RelaxMethod::Landmarks.into(),
+        scans: None,
+        grid_sightings: count(grid_landmarks::n_sightings(course)),
+        spread_before_m: spread_m(points(&stations.travel, &reckoned, landmarks)),
+        spread_after_m: spread_m(points(&stations.travel, poses, landmarks)),
         correction_max_m: moved_m.fold(0.0, f64::max),
         calibration: Some(v1::OdometryCalibration {
             scale: calibration.scale,
@@ -64,7 +68,20 @@ pub(super) fn finding(
     (kept, told)
 }
 
-fn count(n: usize) -> u32 {
+/// Where the sightings of each landmark put it.
+fn points<'a>(
+    travel: &'a Travel,
+    poses: &'a [Pose],
+    landmarks: &'a [MappedLandmark],
+) -> impl Iterator<Item = Vec<Point2<f64>>> + 'a {
+    let seen = |&(step, index): &(usize, usize)| {
+        let sighting = travel.steps.get(step)?.sightings.get(index)?;
+        Some(*poses.get(step)? * sighting.offset_m())
+    };
+    landmarks.iter().map(move |landmark| landmark.sightings.iter().filter_map(seen).collect())
+}
+
+pub(super) fn count(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
 
@@ -85,22 +102,10 @@ fn kept(
     let landmark_type = sighting.and_then(|seen| name(&stations.types, seen.landmark_type));
     let landmark_type = landmark_type.unwrap_or_default();
     let identity = sighting.and_then(|seen| name(&stations.identities, seen.identity?));
-    // The same name for the same thing, whoever computes it and however often.
-    let mut hash = blake3::Hasher::new();
-    hash.update(record.id.0.as_bytes());
-    match &identity {
-        Some(identity) => {
-            hash.update(landmark_type.as_bytes()).update(&[0]).update(identity.as_bytes());
-        }
-        None => {
-            hash.update(job.0.as_bytes()).update(&count(index).to_le_bytes());
-        }
-    }
     let covariance = &found.covariance_m2;
-    let mut id = [0; 16];
-    id.copy_from_slice(&hash.finalize().as_bytes()[..16]);
     RelaxedLandmark {
-        id: Builder::from_custom_bytes(id).into_uuid(),
+        id: landmark_id((job, record.id), &landmark_type, identity.as_deref(), index),
+        is_of_grid: grid_landmarks::is_type(&landmark_type),
         landmark_type,
         identity,
         position: found.position,
@@ -108,6 +113,29 @@ fn kept(
         certainty: found.certainty,
         n_sightings: count(found.sightings.len()),
     }
+}
+
+/// The same name for the same thing, whoever computes it and however often: by what it is called, or as
+/// the landmark of that index that a job found in a session.
+pub(super) fn landmark_id(
+    (job, session): (JobId, SessionId),
+    landmark_type: &str,
+    identity: Option<&str>,
+    index: usize,
+) -> Uuid {
+    let mut hash = blake3::Hasher::new();
+    hash.update(session.0.as_bytes());
+    match identity {
+        Some(identity) => {
+            hash.update(landmark_type.as_bytes()).update(&[0]).update(identity.as_bytes());
+        }
+        None => {
+            hash.update(job.0.as_bytes()).update(&count(index).to_le_bytes());
+        }
+    }
+    let mut id = [0; 16];
+    id.copy_from_slice(&hash.finalize().as_bytes()[..16]);
+    Builder::from_custom_bytes(id).into_uuid()
 }
 
 /// Places told at most: who goes to one of them again knows more.
@@ -125,49 +153,4 @@ fn decided_by(map_from_session: Pose, poses: &[Pose], in_doubt: &[(usize, usize)
         }
     }
     format!("seeing again what was seen at {}", places.join(" or "))
-}
-
-/// Root mean square of the distance of sightings from the mean of their landmark, in metres; 0 where
-/// nothing was seen twice.
-fn spread_m<'a>(
-    travel: &Travel,
-    poses: &[Pose],
-    landmarks: impl Iterator<Item = &'a [(usize, usize)]>,
-) -> f64 {
-    let seen = |&(step, index): &(usize, usize)| {
-        let sighting = travel.steps.get(step)?.sightings.get(index)?;
-        Some(*poses.get(step)? * sighting.offset_m())
-    };
-    let landmarks = landmarks.map(|all| all.iter().filter_map(seen).collect::<Vec<_>>());
-    let (mut sum_m2, mut n) = (0.0, 0_u32);
-    for points in landmarks.filter(|points| 1 < points.len()) {
-        let mean = points.iter().fold(Point2::origin(), |sum, point| sum + point.coords);
-        let mean = mean / points.len() as f64;
-        sum_m2 += points.iter().map(|point| (point - mean).norm_squared()).sum::<f64>();
-        n += count(points.len());
-    }
-    if n == 0 { 0.0 } else { (sum_m2 / f64::from(n)).sqrt() }
-}
-
-#[cfg(test)]
-mod tests {
-    use meetpoint_relaxation::{Detector, Motion, Sighting, Step};
-
-    use super::*;
-
-    #[test]
-    fn sightings_that_meet_have_no_spread() {
-        let sighting =
-            Sighting { identity: None, landmark_type: 0, range_m: 1.0, bearing_rad: 0.0 };
-        let step = Step { motion: Motion::NONE, sightings: vec![sighting] };
-        let detector = Detector { range_max_m: 2.0, half_field_of_view_rad: 3.0 };
-        let travel = Travel { detector, steps: vec![step; 3] };
-        let landmark = [(0, 0), (1, 0)];
-        let poses = [0.0, 2.0, 9.0].map(|x_m| Pose::new(x_m, 0.0, 0.0));
-        let spread =
-            |poses: &[Pose]| spread_m(&travel, poses, std::iter::once(landmark.as_slice()));
-        assert!((spread(&poses) - 1.0).abs() < 1e-12, "a metre to either side of the middle");
-        assert!(spread(&[poses[0]; 3]) < 1e-12, "they meet");
-        assert!(spread_m(&travel, &poses, std::iter::empty()) < 1e-12, "nothing was seen twice");
-    }
 }

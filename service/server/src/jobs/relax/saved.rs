@@ -12,10 +12,22 @@ use crate::error::Error;
 /// The layout of [`Written`]; a checkpoint of another one is not gone on from, the job begins anew.
 const FORMAT: u32 = 1;
 
+/// By what a session is relaxed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Method {
+    /// Landmarks that its detectors saw.
+    Landmarks,
+    /// Its scans.
+    Scans,
+    /// Landmarks of the grid that its scans draw, and those that its detectors saw.
+    GridLandmarks,
+}
+
 /// A session that is to be relaxed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Planned {
     pub(super) session: SessionId,
+    pub(super) method: Method,
     /// Its batches up to this number, however many come while the job runs.
     pub(super) through: u64,
 }
@@ -30,6 +42,8 @@ pub(super) struct Saved {
     pub(super) found: Vec<RelaxedSession>,
     /// What there is to tell of them.
     pub(super) told: Vec<v1::RelaxedSession>,
+    /// The closures that were considered in them.
+    pub(super) closures: Vec<v1::Closure>,
     /// The relaxation of the next session, as it left its last milestone.
     pub(super) under_way: Option<UnderWay>,
     /// Of sessions that expectation maximisation ran on, its last state before the end.
@@ -73,6 +87,8 @@ struct Written {
     is_decided: bool,
     #[prost(message, repeated, tag = "8")]
     tables: Vec<WrittenTables>,
+    #[prost(message, repeated, tag = "9")]
+    closures: Vec<v1::Closure>,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -89,6 +105,9 @@ struct WrittenPlan {
     session: Vec<u8>,
     #[prost(uint64, tag = "2")]
     through: u64,
+    /// 0 landmarks, 1 scans, 2 landmarks of the grid.
+    #[prost(uint32, tag = "3")]
+    method: u32,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -111,6 +130,11 @@ impl Saved {
         let plan = |planned: &Planned| WrittenPlan {
             session: planned.session.0.as_bytes().to_vec(),
             through: planned.through,
+            method: match planned.method {
+                Method::Landmarks => 0,
+                Method::Scans => 1,
+                Method::GridLandmarks => 2,
+            },
         };
         let state = |under_way: &UnderWay| WrittenState {
             n_milestones: under_way.n_milestones,
@@ -130,6 +154,7 @@ impl Saved {
             under_way: self.under_way.as_ref().map(state),
             is_decided: self.is_decided,
             tables: self.tables.iter().map(kept).collect(),
+            closures: self.closures.clone(),
         }
         .encode_to_vec()
     }
@@ -138,14 +163,29 @@ impl Saved {
     /// [`Error::Internal`] if the bytes are of another format or no checkpoint.
     pub(super) fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let written = Written::decode(bytes).map_err(Error::internal)?;
-        let Written { format, sessions, n_done, found, told, under_way, is_decided, tables } =
-            written;
+        let Written {
+            format,
+            sessions,
+            n_done,
+            found,
+            told,
+            under_way,
+            is_decided,
+            tables,
+            closures,
+        } = written;
         if format != FORMAT {
             return Err(Error::internal(format!("a job's checkpoint of format {format}")));
         }
-        let plan = |WrittenPlan { session, through }: WrittenPlan| {
+        let plan = |WrittenPlan { session, through, method }: WrittenPlan| {
             let session = Uuid::from_slice(&session).map_err(Error::internal)?;
-            Ok(Planned { session: SessionId(session), through })
+            let method = match method {
+                0 => Method::Landmarks,
+                1 => Method::Scans,
+                2 => Method::GridLandmarks,
+                other => return Err(Error::internal(format!("no method is called {other}"))),
+            };
+            Ok(Planned { session: SessionId(session), method, through })
         };
         let state = |WrittenState { n_milestones, state, has_tables }| UnderWay {
             n_milestones,
@@ -161,6 +201,7 @@ impl Saved {
             n_done: usize::try_from(n_done).map_err(Error::internal)?,
             found: relaxation::from_bytes(&found)?,
             told,
+            closures,
             under_way: under_way.map(state),
             tables: tables.into_iter().map(kept).collect::<Result<_, Error>>()?,
             is_decided,
@@ -174,11 +215,13 @@ mod tests {
 
     #[test]
     fn what_is_written_is_read() {
-        let sessions = vec![Planned { session: SessionId(Uuid::from_u128(3)), through: 17 }];
+        let session = SessionId(Uuid::from_u128(3));
+        let sessions = vec![Planned { session, method: Method::GridLandmarks, through: 17 }];
         let saved = Saved {
             n_done: 1,
             told: vec![v1::RelaxedSession { landmarks: 4, ..v1::RelaxedSession::default() }],
             under_way: Some(UnderWay { n_milestones: 5, has_tables: true, state: vec![1, 2, 3] }),
+            closures: vec![v1::Closure { score: 0.5, ..v1::Closure::default() }],
             tables: vec![Kept { session: sessions[0].session, state: vec![4] }],
             is_decided: true,
             ..Saved::first(sessions)

@@ -55,7 +55,8 @@ pub(super) fn stations(course: &Course, forgets_identities: bool) -> Stations {
     let start = Place { n_before: 0, odometry: Pose::IDENTITY, travelled_m: 0.0 };
     let (mut places, mut steps) = (vec![start], vec![standing()]);
     let (mut types, mut identities) = (Names::default(), Names::default());
-    let seen = course.moments.iter().filter_map(|moment| Some((moment, moment.seen.as_ref()?)));
+    let seen =
+        course.moments.iter().flat_map(|moment| moment.seen.iter().map(move |seen| (moment, seen)));
     let mut station_ns = None;
     for (moment, seen) in seen {
         let elapsed_ns = station_ns.map(|begun_ns| moment.stamp_ns.saturating_sub(begun_ns));
@@ -191,8 +192,10 @@ mod tests {
             }
         }
         let mut reader = CourseReader::new(&[sensor]).expect("a good sensor");
-        reader.read(v1::Batch { number: 1, observations }, &[]);
-        reader.finish().expect("there is odometry")
+        for observation in observations {
+            reader.read(observation);
+        }
+        reader.finish()
     }
 
     #[test]

@@ -1,18 +1,20 @@
 //! What expectation maximisation knew at the end of where the robot was at a step: made again from
 //! the last iteration that the job kept.
 
+use std::ops::ControlFlow;
+
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{Belief, PoseGrid};
 use meetpoint_storage::{JobRecord, SessionId};
-use prost::Message;
 
 use super::N_BATCHES_READ;
-use super::course::CourseReader;
-use super::saved::Saved;
+use super::grid_landmarks::with_grid_landmarks;
+use super::saved::{Method, Saved};
 use super::solver;
 use super::stations::stations;
+use super::way::WayReader;
+use crate::convert::job;
 use crate::convert::table_picture::Table;
-use crate::convert::{job, session};
 use crate::{error::Error, service::Service};
 
 /// Which table.
@@ -40,7 +42,9 @@ pub(crate) async fn table(
     let kept = saved.tables.into_iter().find(|kept| kept.session == id);
     let (Some(planned), Some(kept)) = (planned, kept) else { return Ok(None) };
     let session = service.session_record(&id.0.to_string()).await?;
-    let mut reader = CourseReader::new(&session::declaration(&session.declaration)?.sensors)?;
+    let is_of_grid = planned.method == Method::GridLandmarks;
+    let limit = is_of_grid.then_some(service.settings.jobs.scans_bytes_max);
+    let mut reader = WayReader::new(&session, limit)?;
     let mut from_number = 1;
     loop {
         let mut batches = service.store.session_batches(id, from_number, N_BATCHES_READ).await?;
@@ -48,18 +52,20 @@ pub(crate) async fn table(
         let Some(last) = batches.last() else { break };
         from_number = last.number + 1;
         let read = tokio::task::spawn_blocking(move || {
-            for batch in batches {
-                let wire = v1::Batch::decode(batch.payload.as_slice()).map_err(Error::internal)?;
-                reader.read(wire, &batch.rejected);
-            }
+            reader.read(batches)?;
             Ok::<_, Error>(reader)
         });
         reader = read.await.map_err(Error::internal)??;
     }
-    let Some(course) = reader.finish() else { return Ok(None) };
+    let Ok(way) = reader.finish() else { return Ok(None) };
     let v1::RelaxParams { forget_identities, estimate_odometry, .. } =
         job::relax_params(&record.params)?;
     let drawn = tokio::task::spawn_blocking(move || {
+        let course = if is_of_grid {
+            with_grid_landmarks(way, |_| ControlFlow::Continue(())).ok()??.course
+        } else {
+            way.course
+        };
         let travel = stations(&course, forget_identities).travel;
         if travel.steps.len() <= step {
             return None;

@@ -1,0 +1,273 @@
+//! A session's way as its scans tell of it: with live poses, relaxed, and what is kept of that.
+
+use std::ops::ControlFlow;
+
+use meetpoint_geometry::Pose;
+use meetpoint_proto::v1;
+use meetpoint_storage::{JobId, SessionRecord};
+use meetpoint_tracking::{
+    ClosureKey, DrivenScan, LaserOutcome, LaserProgress, LaserRelaxation, LaserRelaxationParams,
+    LaserStage, LaserTravel,
+};
+
+use super::course::Course;
+use super::finding::count;
+use super::fitted_landmarks::fitted_landmarks;
+use super::live_poses::LivePose;
+use super::way::{Way, WayScan};
+use crate::convert::closure;
+use crate::convert::pose;
+use crate::convert::relaxation::RelaxedSession;
+use crate::error::Error;
+
+/// Scans to either side in the order of arrival among which a stamp is looked for: seconds.
+const N_NEIGHBOURS: usize = 32;
+
+/// A session on its way to be relaxed.
+#[derive(Debug)]
+pub(super) struct Driven {
+    course: Course,
+    live: Vec<LivePose>,
+    /// Places of the scans among the moments.
+    moments: Vec<usize>,
+    travel: LaserTravel,
+}
+
+impl Driven {
+    /// A way with the live poses of all of its moments; those without a pose are left out.
+    pub(super) fn new(way: Way, live: Vec<LivePose>) -> Self {
+        let Way { mut course, lasers, scans } = way;
+        course.moments.truncate(live.len());
+        let has_odometry = course.has_odometry();
+        let (mut moments, mut driven) = (Vec::new(), Vec::new());
+        for WayScan { moment, laser, ranges_m } in scans {
+            let (Some(at), Some(live)) = (course.moments.get(moment), live.get(moment)) else {
+                continue;
+            };
+            moments.push(moment);
+            driven.push(DrivenScan {
+                stamp_ns: at.stamp_ns,
+                laser,
+                ranges_m,
+                odometry_from_robot: has_odometry.then_some(at.place.odometry),
+                map_from_robot: live.session_from_robot,
+                is_lost: live.is_lost,
+            });
+        }
+        let travel = LaserTravel { lasers, scans: driven };
+        Self { course, live, moments, travel }
+    }
+
+    /// What is relaxed.
+    pub(super) fn travel(&self) -> LaserTravel {
+        self.travel.clone()
+    }
+
+    /// The pose at every moment: relaxed at scans; between them the way as live mapping had it, bent to
+    /// meet both.
+    fn poses(&self, relaxed: &[Pose]) -> Vec<Pose> {
+        let n_known = self.moments.len().min(relaxed.len());
+        let known: Vec<(usize, Pose)> =
+            self.moments[..n_known].iter().copied().zip(relaxed.iter().copied()).collect();
+        (0..self.live.len()).map(|moment| self.pose(moment, &known)).collect()
+    }
+
+    /// The pose at a moment, by those at scans.
+    fn pose(&self, moment: usize, known: &[(usize, Pose)]) -> Pose {
+        let next = known.partition_point(|&(scan, _)| scan <= moment);
+        let stamp_ns = |moment: usize| self.live[moment].stamp_ns;
+        let at_ns = stamp_ns(moment);
+        let (before, after) = (next.checked_sub(1).map(|index| known[index]), known.get(next));
+        let carried = |(from, pose): (usize, Pose)| {
+            let live = |moment: usize| self.live[moment].session_from_robot;
+            pose * live(from).step_to(live(moment))
+        };
+        if let Some(before) = before.filter(|&(scan, _)| scan == moment) {
+            return before.1;
+        }
+        // What is sent late, or by a clock of its own, was seen when it says.
+        let near = &known[next.saturating_sub(N_NEIGHBOURS)..known.len().min(next + N_NEIGHBOURS)];
+        if let Some(&(_, pose)) = near.iter().find(|&&(scan, _)| stamp_ns(scan) == at_ns) {
+            return pose;
+        }
+        if let (Some(before), Some(&after)) = (before, after)
+            && (stamp_ns(before.0)..=stamp_ns(after.0)).contains(&at_ns)
+        {
+            let share = self.share(before.0, moment, after.0);
+            return carried(before).interpolate(carried(after), share);
+        }
+        let encloses =
+            |pair: &&[(usize, Pose)]| (stamp_ns(pair[0].0)..=stamp_ns(pair[1].0)).contains(&at_ns);
+        if let Some(&[from, to]) = near.windows(2).find(encloses) {
+            return from.1.interpolate(to.1, self.share(from.0, moment, to.0));
+        }
+        before.or(after.copied()).map_or(self.live[moment].session_from_robot, carried)
+    }
+
+    /// How far a moment lies on the way in time from one moment to another, 0 to 1.
+    fn share(&self, from: usize, moment: usize, to: usize) -> f64 {
+        let stamp_ns = |moment: usize| self.live[moment].stamp_ns;
+        let since = |moment: usize| stamp_ns(moment).saturating_sub(stamp_ns(from)) as f64;
+        let share = since(moment) / since(to);
+        if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 }
+    }
+}
+
+/// Relaxes a travel slice by slice and tells how far it is; `None` if it was told to stop.
+///
+/// # Errors
+/// [`Error::Internal`] for parameters that nobody can draw by.
+pub(super) fn relaxed(
+    travel: LaserTravel,
+    switched_off: &[[i64; 2]],
+    mut tell: impl FnMut(LaserProgress) -> ControlFlow<()>,
+) -> Result<Option<LaserOutcome>, Error> {
+    let keys = switched_off.iter().map(|&[from_ns, to_ns]| ClosureKey { from_ns, to_ns });
+    let keys: Vec<ClosureKey> = keys.collect();
+    let relaxation = LaserRelaxation::new(travel, LaserRelaxationParams::INDOOR, &keys);
+    let mut relaxation = relaxation.map_err(|error| Error::internal(format!("{error:?}")))?;
+    while let Some(progress) = relaxation.advance() {
+        if tell(progress).is_break() {
+            return Ok(None);
+        }
+    }
+    Ok(Some(relaxation.into_outcome()))
+}
+
+/// What a stage is called.
+pub(super) fn stage(stage: LaserStage) -> &'static str {
+    match stage {
+        LaserStage::Before => "the map by live poses",
+        LaserStage::Chain => "scans against those before",
+        LaserStage::Closures => "closures",
+        LaserStage::Sweeps => "scans against all near them",
+        LaserStage::Placing => "scans between key scans",
+        LaserStage::After => "the map by relaxed poses",
+    }
+}
+
+/// What was found of a session.
+#[derive(Debug)]
+pub(super) struct Found {
+    /// For the journal.
+    pub(super) kept: RelaxedSession,
+    /// For those who asked.
+    pub(super) told: v1::RelaxedSession,
+    /// For the ledger.
+    pub(super) closures: Vec<v1::Closure>,
+}
+
+/// What the journal keeps, what there is to tell, and what closures were considered.
+pub(super) fn found(
+    (job, record): (JobId, &SessionRecord),
+    driven: &Driven,
+    outcome: &LaserOutcome,
+    forgets_identities: bool,
+) -> Found {
+    let moments = &driven.course.moments;
+    let poses = driven.poses(&outcome.poses);
+    let landmarks = fitted_landmarks(moments, &poses, forgets_identities);
+    let live: Vec<Pose> = driven.live.iter().map(|live| live.session_from_robot).collect();
+    let moved = poses.iter().zip(&live);
+    let moved_m = moved.map(|(pose, live)| (pose.position() - live.position()).norm());
+    let map_from_session = record.map_from_session.map_or(Pose::IDENTITY, pose::from_record);
+    let relaxed_landmarks = landmarks.relaxed(job, record.id);
+    let LaserOutcome { poses: of_scans, closures, before, after, move_max_m: _ } = outcome;
+    let closures: Vec<v1::Closure> = closures
+        .iter()
+        .map(|found| {
+            let at = |stamp_ns| {
+                let scan = driven.travel.scans.iter().position(|scan| scan.stamp_ns == stamp_ns)?;
+                of_scans.get(scan).map(|&pose| map_from_session * pose)
+            };
+            closure::found(record.id, found, at)
+        })
+        .collect();
+    let accepted = i32::from(v1::ClosureVerdict::Accepted);
+    let n_accepted = closures.iter().filter(|found| found.verdict == accepted).count();
+    let told = v1::RelaxedSession {
+        session: record.id.0.to_string(),
+        steps: count(driven.travel.scans.len()),
+        sightings: count(landmarks.n_sightings),
+        sightings_left_out: driven.course.n_left_out,
+        landmarks: count(landmarks.len()),
+        log_likelihood: 0.0,
+        confidence: relaxed_landmarks.iter().map(|landmark| landmark.certainty).product(),
+        spread_before_m: landmarks.spread_m(moments, &live),
+        spread_after_m: landmarks.spread_m(moments, &poses),
+        correction_max_m: moved_m.fold(0.0, f64::max),
+        calibration: None,
+        alternatives: Vec::new(),
+        method: v1::RelaxMethod::Scans.into(),
+        scans: Some(v1::ScanRelaxation {
+            scans: count(driven.travel.scans.len()),
+            closures_accepted: count(n_accepted),
+            closures_refused: count(closures.len() - n_accepted),
+            chi2_before: before.chi2,
+            chi2_after: after.chi2,
+            before: Some(closure::sharpness(before.sharpness)),
+            after: Some(closure::sharpness(after.sharpness)),
+        }),
+        grid_sightings: 0,
+    };
+    let kept = RelaxedSession {
+        session: record.id,
+        map_from_session,
+        poses,
+        landmarks: relaxed_landmarks,
+    };
+    Found { kept, told, closures }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::course::{CourseReader, Moment, Place};
+    use super::*;
+
+    /// Moments a second and a metre apart; every third is a scan.
+    fn driven(n: usize) -> Driven {
+        let at = |index: usize| {
+            let odometry = Pose::new(index as f64, 0.0, 0.0);
+            let stamp_ns = i64::try_from(index).expect("few");
+            let place = Place { n_before: 0, odometry, travelled_m: index as f64 };
+            (Moment { stamp_ns, place, seen: Vec::new() }, odometry)
+        };
+        let live = |index| {
+            let (moment, session_from_robot) = at(index);
+            LivePose { stamp_ns: moment.stamp_ns, session_from_robot, is_lost: false }
+        };
+        let scans = (1..n).step_by(3);
+        let scans =
+            scans.map(|moment| WayScan { moment, laser: 0, ranges_m: std::sync::Arc::from([]) });
+        let mut course = CourseReader::new(&[]).expect("no sensors").finish();
+        course.moments = (0..n).map(|index| at(index).0).collect();
+        let way = Way { course, lasers: Vec::new(), scans: scans.collect() };
+        Driven::new(way, (0..n).map(live).collect())
+    }
+
+    #[test]
+    fn between_scans_the_way_is_bent() {
+        let driven = driven(6);
+        assert_eq!(driven.moments, [1, 4], "scans");
+        let relaxed = [Pose::new(1.0, 2.0, 0.0), Pose::new(4.0, 5.0, 0.0)];
+        let poses = driven.poses(&relaxed);
+        let found: Vec<[f64; 2]> = poses.iter().map(|pose| [pose.x_m, pose.y_m]).collect();
+        let expected = [[0.0, 2.0], [1.0, 2.0], [2.0, 3.0], [3.0, 4.0], [4.0, 5.0], [5.0, 5.0]];
+        for (found, expected) in found.iter().zip(expected) {
+            let off_m = (found[0] - expected[0]).hypot(found[1] - expected[1]);
+            assert!(off_m < 1e-9, "{found:?} {expected:?}");
+        }
+        assert_eq!(driven.poses(&[]).len(), 6, "as live mapping had it");
+    }
+
+    #[test]
+    fn what_was_sent_late_was_seen_when_it_says() {
+        let mut driven = driven(6);
+        let relaxed = [Pose::new(1.0, 2.0, 0.0), Pose::new(4.0, 5.0, 0.0)];
+        driven.live[5].stamp_ns = 1;
+        assert_eq!(driven.poses(&relaxed)[5], relaxed[0], "at the stamp of a scan");
+        driven.live[5].stamp_ns = 3;
+        let between = driven.poses(&relaxed)[5];
+        assert!((between.x_m - 3.0).abs() + (between.y_m - 4.0).abs() < 1e-9, "{between:?}");
+    }
+}

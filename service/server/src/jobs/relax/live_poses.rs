@@ -1,0 +1,81 @@
+//! Where live mapping had a robot: what a relaxation by scans begins with.
+//!
+//! As the newest version has it, if it was tracked there and is complete. Else, as of a session that was
+//! relaxed before, the map is drawn again without what is known of this session; which gives the same
+//! poses, since live mapping is a function of the journal.
+
+use std::ops::Range;
+
+use meetpoint_geometry::Pose;
+use meetpoint_storage::{MapRecord, PoseRecord, SessionId, TrajectoryOrigin};
+
+use super::super::drawing::drawn;
+use super::super::running::{Running, Stopped};
+use super::super::workbench::Workbench;
+use crate::convert::relaxation::RelaxedSession;
+use crate::mapping::Relaxations;
+use crate::service::Service;
+
+/// Poses read at a time.
+const N_POSES_READ: u32 = 100_000;
+
+/// Where live mapping had the robot at an observation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct LivePose {
+    pub(super) stamp_ns: i64,
+    pub(super) session_from_robot: Pose,
+    /// Whether live mapping did not trust it.
+    pub(super) is_lost: bool,
+}
+
+impl From<&PoseRecord> for LivePose {
+    fn from(record: &PoseRecord) -> Self {
+        let PoseRecord { stamp_ns, sensor: _, lost, drawn: _, x_m, y_m, theta_rad } = *record;
+        Self { stamp_ns, session_from_robot: Pose { x_m, y_m, theta_rad }, is_lost: lost }
+    }
+}
+
+/// The poses of a session at its first `n_moments` observations that have one, while the job's progress
+/// goes through `shares`. `found` is what the job knows of sessions before.
+pub(super) async fn live_poses(
+    service: &Service,
+    (map, session, n_moments): (&MapRecord, SessionId, usize),
+    found: &[RelaxedSession],
+    at_work: (&Running<'_>, &Workbench),
+    shares: Range<f64>,
+) -> Result<Vec<LivePose>, Stopped> {
+    if found.is_empty()
+        && let Some(poses) = tracked(service, map, session, n_moments).await?
+    {
+        return Ok(poses);
+    }
+    let store = &service.store;
+    let end = store.journal_end(&map.id).await?;
+    let relaxations = Relaxations::load(store, &map.id, end).await?;
+    let relaxations = relaxations.with(found).without(session);
+    let drawn = drawn(service, (map, end), relaxations, at_work, shares).await?;
+    Ok(drawn.poses(session).iter().take(n_moments).map(LivePose::from).collect())
+}
+
+/// The poses that the newest version has, if they are those of live mapping and complete.
+async fn tracked(
+    service: &Service,
+    map: &MapRecord,
+    session: SessionId,
+    n_moments: usize,
+) -> Result<Option<Vec<LivePose>>, Stopped> {
+    let mut poses = Vec::new();
+    while poses.len() < n_moments {
+        let (version, offset) = (map.latest_version, poses.len() as u64);
+        let page = service.store.trajectory(session, version, offset, N_POSES_READ).await?;
+        let Some(page) = page.filter(|page| page.origin == TrajectoryOrigin::Tracking) else {
+            return Ok(None);
+        };
+        if page.poses.is_empty() {
+            return Ok(None);
+        }
+        poses.extend(page.poses.iter().map(LivePose::from));
+    }
+    poses.truncate(n_moments);
+    Ok(Some(poses))
+}

@@ -1,0 +1,92 @@
+//! What a relaxation by scans says of itself, in JSON.
+
+use meetpoint_proto::v1;
+use serde::Serialize;
+use utoipa::ToSchema;
+
+use super::integer::Unsigned64;
+
+/// By what a session was relaxed.
+#[derive(Clone, Copy, Debug, Serialize, ToSchema)]
+#[serde(rename_all = "SCREAMING_SNAKE_CASE")]
+pub(crate) enum RelaxMethod {
+    /// Not told by the service of that version.
+    Unspecified,
+    /// Expectation maximisation over poses and landmarks.
+    Landmarks,
+    /// Closures, a pose graph, and scans matched with one another.
+    Scans,
+}
+
+impl From<v1::RelaxMethod> for RelaxMethod {
+    fn from(wire: v1::RelaxMethod) -> Self {
+        match wire {
+            v1::RelaxMethod::Unspecified => Self::Unspecified,
+            v1::RelaxMethod::Landmarks => Self::Landmarks,
+            v1::RelaxMethod::Scans => Self::Scans,
+        }
+    }
+}
+
+/// What a relaxation by scans says of itself.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct ScanRelaxation {
+    scans: u32,
+    /// Closures that the poses rest on.
+    closures_accepted: u32,
+    /// Those that were considered beside them.
+    closures_refused: u32,
+    /// Sum of the squared residuals of the pose graph in units of their covariance, by live poses.
+    chi2_before: f64,
+    /// The same by the relaxed poses.
+    chi2_after: f64,
+    /// Of the session's own scans, drawn by live poses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    before: Option<GridSharpness>,
+    /// The same by the relaxed poses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    after: Option<GridSharpness>,
+}
+
+/// How sharp a grid is: the less entropy, the sharper.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct GridSharpness {
+    /// Cells that some reading observed.
+    cells: Unsigned64,
+    /// Sum of their entropies, in bits.
+    entropy_bits: f64,
+    /// Mean entropy of one, in bits.
+    entropy_mean_bits: f64,
+}
+
+impl From<v1::ScanRelaxation> for ScanRelaxation {
+    fn from(wire: v1::ScanRelaxation) -> Self {
+        let v1::ScanRelaxation {
+            scans,
+            closures_accepted,
+            closures_refused,
+            chi2_before,
+            chi2_after,
+            before,
+            after,
+        } = wire;
+        Self {
+            scans,
+            closures_accepted,
+            closures_refused,
+            chi2_before,
+            chi2_after,
+            before: before.map(GridSharpness::from),
+            after: after.map(GridSharpness::from),
+        }
+    }
+}
+
+impl From<v1::GridSharpness> for GridSharpness {
+    fn from(wire: v1::GridSharpness) -> Self {
+        let v1::GridSharpness { cells, entropy_bits, entropy_mean_bits } = wire;
+        Self { cells: Unsigned64(cells), entropy_bits, entropy_mean_bits }
+    }
+}

@@ -1,0 +1,260 @@
+//! The ledger of closures: what relax jobs took, or did not take, for the same place, and what people
+//! decided about it.
+
+use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
+
+use crate::journal::Kind;
+use crate::maps::require_map;
+use crate::number::to_sql;
+use crate::{ClosureId, ContentHash, Error, JobId, MapId, SessionId, Store};
+
+/// A closure that a job considered.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NewClosure {
+    /// The same for the same moments of a session, whichever job considers them.
+    pub id: ClosureId,
+    /// Stamp of the earlier moment's scan, the robot's clock in nanoseconds.
+    pub from_ns: i64,
+    /// Stamp of the later moment's scan.
+    pub to_ns: i64,
+    /// Whether poses rest on it.
+    pub is_accepted: bool,
+    /// All else, opaque.
+    pub payload: Vec<u8>,
+}
+
+/// All closures that a job considered in a session, in the order in which they are listed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SessionClosures {
+    /// The session.
+    pub session: SessionId,
+    /// What was considered.
+    pub closures: Vec<NewClosure>,
+}
+
+/// A closure as it is stored.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ClosureRecord {
+    /// Its place in the list; never used again.
+    pub position: u64,
+    /// Its id.
+    pub id: ClosureId,
+    /// The session.
+    pub session: SessionId,
+    /// Stamp of the earlier moment's scan, the robot's clock in nanoseconds.
+    pub from_ns: i64,
+    /// Stamp of the later moment's scan.
+    pub to_ns: i64,
+    /// The job that considered it last.
+    pub job: JobId,
+    /// Whether poses rest on it.
+    pub is_accepted: bool,
+    /// Whether a person has switched it off.
+    pub is_off: bool,
+    /// All else, opaque.
+    pub payload: Vec<u8>,
+}
+
+/// Which closures of a map are meant. All conditions hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ClosureFilter {
+    /// Only this session's.
+    pub session: Option<SessionId>,
+    /// Only those that poses rest on, or only the others.
+    pub is_accepted: Option<bool>,
+}
+
+/// A closure to be switched off or on.
+#[derive(Clone, Debug)]
+pub struct ClosureSwitch {
+    /// The map.
+    pub map: MapId,
+    /// The closure.
+    pub id: ClosureId,
+    /// Off, or on again.
+    pub is_off: bool,
+    /// The decision as the journal keeps it, opaque.
+    pub payload: Vec<u8>,
+    /// The service's clock, nanoseconds since 1970.
+    pub time_ns: i64,
+}
+
+#[derive(sqlx::FromRow)]
+struct Row {
+    #[sqlx(try_from = "i64")]
+    position: u64,
+    id: ClosureId,
+    session_id: SessionId,
+    from_ns: i64,
+    to_ns: i64,
+    job_id: JobId,
+    is_accepted: bool,
+    is_off: bool,
+    payload: Vec<u8>,
+}
+
+impl From<Row> for ClosureRecord {
+    fn from(row: Row) -> Self {
+        let Row {
+            position,
+            id,
+            session_id: session,
+            from_ns,
+            to_ns,
+            job_id: job,
+            is_accepted,
+            is_off,
+            payload,
+        } = row;
+        Self { position, id, session, from_ns, to_ns, job, is_accepted, is_off, payload }
+    }
+}
+
+/// All columns of [`Row`]; conditions follow.
+const SELECT: &str = "select closures.*, closures_off.id is not null as is_off
+     from closures left join closures_off on closures_off.id = closures.id
+     where closures.map_id = ";
+
+impl Store {
+    /// At most `limit` closures of a map behind the position `after`, in order.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub async fn closures(
+        &self,
+        map: &MapId,
+        filter: ClosureFilter,
+        after: Option<u64>,
+        limit: u32,
+    ) -> Result<Vec<ClosureRecord>, Error> {
+        let mut query = QueryBuilder::<Sqlite>::new(SELECT);
+        query.push_bind(map);
+        if let Some(session) = filter.session {
+            query.push(" and closures.session_id = ").push_bind(session);
+        }
+        if let Some(is_accepted) = filter.is_accepted {
+            query.push(" and closures.is_accepted = ").push_bind(is_accepted);
+        }
+        query.push(" and closures.position > ").push_bind(to_sql(after.unwrap_or(0)));
+        query.push(" order by closures.position limit ").push_bind(limit);
+        let rows: Vec<Row> = query.build_query_as().fetch_all(self.readers()).await?;
+        Ok(rows.into_iter().map(ClosureRecord::from).collect())
+    }
+
+    /// One closure of a map, or `None`.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub async fn closure(
+        &self,
+        map: &MapId,
+        id: ClosureId,
+    ) -> Result<Option<ClosureRecord>, Error> {
+        let mut query = QueryBuilder::<Sqlite>::new(SELECT);
+        query.push_bind(map).push(" and closures.id = ").push_bind(id);
+        let row: Option<Row> = query.build_query_as().fetch_optional(self.readers()).await?;
+        Ok(row.map(ClosureRecord::from))
+    }
+
+    /// The closures of a session that are switched off: the stamps of their two scans, in order.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub async fn closures_off(&self, session: SessionId) -> Result<Vec<[i64; 2]>, Error> {
+        let rows: Vec<(i64, i64)> = sqlx::query_as(
+            "select from_ns, to_ns from closures join closures_off using (id)
+             where session_id = $1 order by from_ns, to_ns",
+        )
+        .bind(session)
+        .fetch_all(self.readers())
+        .await?;
+        Ok(rows.into_iter().map(|(from_ns, to_ns)| [from_ns, to_ns]).collect())
+    }
+
+    /// Switches a closure off or on, as a decision in the journal: what it is then, or `None` if the map
+    /// has no such closure. Switching to what it is already records nothing.
+    ///
+    /// # Errors
+    /// [`Error::NoSuchMap`].
+    pub async fn switch_closure(
+        &self,
+        switch: &ClosureSwitch,
+    ) -> Result<Option<ClosureRecord>, Error> {
+        let content_hash = ContentHash::of(&switch.payload);
+        let mut write = self.write().await?;
+        let result = record_switch(&mut write.connection, switch, content_hash).await;
+        write.end(result).await
+    }
+}
+
+async fn record_switch(
+    connection: &mut SqliteConnection,
+    switch: &ClosureSwitch,
+    content_hash: ContentHash,
+) -> Result<Option<ClosureRecord>, Error> {
+    let ClosureSwitch { map, id, is_off, payload, time_ns } = switch;
+    require_map(&mut *connection, map).await?;
+    let mut query = QueryBuilder::<Sqlite>::new(SELECT);
+    query.push_bind(map).push(" and closures.id = ").push_bind(id);
+    let row: Option<Row> = query.build_query_as().fetch_optional(&mut *connection).await?;
+    let Some(record) = row.map(ClosureRecord::from) else { return Ok(None) };
+    if record.is_off == *is_off {
+        return Ok(Some(record));
+    }
+    let seq: i64 = sqlx::query_scalar(
+        "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
+         values ($1, $2, $3, $4, $5) returning seq",
+    )
+    .bind(map)
+    .bind(Kind::ClosureSwitched)
+    .bind(time_ns)
+    .bind(content_hash.0.as_slice())
+    .bind(payload.as_slice())
+    .fetch_one(&mut *connection)
+    .await?;
+    let change = if *is_off {
+        sqlx::query("insert into closures_off (id, seq) values ($1, $2)").bind(id).bind(seq)
+    } else {
+        sqlx::query("delete from closures_off where id = $1").bind(id)
+    };
+    change.execute(connection).await?;
+    Ok(Some(ClosureRecord { is_off: *is_off, ..record }))
+}
+
+/// Puts what a job considered in place of what was considered before, inside a transaction. What is
+/// switched off stays in the list even if it was not considered again.
+pub(crate) async fn replace_closures(
+    connection: &mut SqliteConnection,
+    map: &MapId,
+    job: JobId,
+    considered: &SessionClosures,
+) -> Result<(), Error> {
+    let SessionClosures { session, closures } = considered;
+    sqlx::query(
+        "delete from closures where session_id = $1 and id not in (select id from closures_off)",
+    )
+    .bind(session)
+    .execute(&mut *connection)
+    .await?;
+    for closure in closures {
+        let NewClosure { id, from_ns, to_ns, is_accepted, payload } = closure;
+        sqlx::query(
+            "insert into closures
+                 (id, map_id, session_id, from_ns, to_ns, job_id, is_accepted, payload)
+             values ($1, $2, $3, $4, $5, $6, $7, $8)
+             on conflict (id) do update set job_id = excluded.job_id,
+                 is_accepted = excluded.is_accepted, payload = excluded.payload",
+        )
+        .bind(id)
+        .bind(map)
+        .bind(session)
+        .bind(from_ns)
+        .bind(to_ns)
+        .bind(job)
+        .bind(is_accepted)
+        .bind(payload.as_slice())
+        .execute(&mut *connection)
+        .await?;
+    }
+    Ok(())
+}

@@ -1,0 +1,216 @@
+//! Relaxation by scans as a job: a drive around a block with odometry that drifts is put right by the
+//! places that it comes back to; what was taken for the same place can be looked at and switched off.
+
+use meetpoint_client::v1;
+
+use crate::door::{Door, finished, job_done, refused};
+use crate::drive::{SimulatedDrive, driven};
+use crate::relaxing::{relax, trajectory};
+use crate::running::{Launch, empty_folder, meetpoint};
+
+/// Mean distance from the truth that a relaxed drive may have, in metres: its odometry is metres off.
+const ERROR_MAX_M: f64 = 0.1;
+const MAP: &str = "ring";
+
+/// Makes the map by the drive. The session is closed, and all of it mapped.
+pub(crate) async fn mapped<D: Door>(door: &D, drive: &SimulatedDrive) -> v1::Session {
+    let session = driven(door, MAP, drive, &drive.batches(40)).await;
+    finished(door, &session).await
+}
+
+fn listing(session: &str, verdict: v1::ClosureVerdict) -> v1::ListClosuresRequest {
+    let (map, session) = (MAP.to_owned(), session.to_owned());
+    v1::ListClosuresRequest { map, session, verdict: verdict.into(), ..Default::default() }
+}
+
+async fn relaxed<D: Door>(door: &D) -> v1::Job {
+    let job = door.start_job(relax(MAP)).await.expect("a job").id;
+    let job = job_done(door, &job).await;
+    assert_eq!(job.state, i32::from(v1::JobState::Succeeded), "{job:?}");
+    job
+}
+
+/// What a job tells of its only session.
+fn told(job: &v1::Job) -> v1::RelaxedSession {
+    let Some(v1::job::Result::RelaxResult(v1::RelaxResult { sessions })) = &job.result else {
+        panic!("no result: {job:?}")
+    };
+    let [session] = sessions.as_slice() else { panic!("one session: {sessions:?}") };
+    session.clone()
+}
+
+fn figures_are_told(job: &v1::Job, drive: &SimulatedDrive) -> v1::ScanRelaxation {
+    let found = told(job);
+    assert_eq!(found.method, i32::from(v1::RelaxMethod::Scans), "{found:?}");
+    let scans = found.scans.expect("they are told");
+    assert_eq!(scans.scans as usize, drive.n_scans(), "all of them");
+    let (before, after) = (scans.before.expect("told"), scans.after.expect("told"));
+    assert!(0 < after.cells && after.entropy_bits <= before.entropy_bits * 1.05, "{scans:?}");
+    assert!(1 < job.log.iter().filter(|line| line.figures.is_some()).count(), "stages: {job:?}");
+    scans
+}
+
+/// Moments, verdict and residual of every closure, by id.
+async fn ledger<D: Door>(door: &D, session: &str) -> Vec<v1::Closure> {
+    let all = listing(session, v1::ClosureVerdict::Unspecified);
+    let (mut closures, mut page_token) = (Vec::new(), String::new());
+    loop {
+        let request = v1::ListClosuresRequest { page_size: 3, page_token, ..all.clone() };
+        let (page, next) = door.closures(request).await.expect("a page");
+        assert!(page.len() <= 3, "at most so many");
+        closures.extend(page);
+        if next.is_empty() {
+            return closures;
+        }
+        page_token = next;
+    }
+}
+
+async fn the_ledger_is_listed<D: Door>(
+    door: &D,
+    job: &v1::Job,
+    scans: &v1::ScanRelaxation,
+) -> Vec<v1::Closure> {
+    let session = told(job).session;
+    let all = ledger(door, &session).await;
+    let n_considered = scans.closures_accepted + scans.closures_refused;
+    assert_eq!(all.len(), n_considered as usize, "each of them once");
+    assert!(
+        all.iter().all(|one| one.job == job.id && one.from_time_ns < one.to_time_ns),
+        "{all:?}"
+    );
+    assert!(all.iter().all(|one| one.map == MAP && one.session == session), "whose they are");
+    let request = listing("", v1::ClosureVerdict::Accepted);
+    let (accepted, _) = door.closures(request).await.expect("a page");
+    assert_eq!(accepted.len(), scans.closures_accepted as usize, "by verdict");
+    let request = listing(&session, v1::ClosureVerdict::Refused);
+    let (doubtful, _) = door.closures(request).await.expect("a page");
+    assert_eq!(doubtful.len(), scans.closures_refused as usize, "by verdict");
+    assert!(doubtful.iter().all(|one| one.refusal != 0), "and why: {doubtful:?}");
+    accepted
+}
+
+/// Relaxed, looked at, a closure switched off and the map relaxed without it, and with it again.
+async fn a_ring_is_closed<D: Door>(door: &D) {
+    let drive = SimulatedDrive::around_the_block(3);
+    let session = mapped(door, &drive).await;
+    refused(door.closures(v1::ListClosuresRequest::default()).await, "MAP_NOT_FOUND");
+    assert_eq!(ledger(door, &session.id).await, [], "nobody has looked for any");
+    let job = relaxed(door).await;
+    let scans = figures_are_told(&job, &drive);
+    assert!(0 < scans.closures_accepted, "it comes back to where it was: {scans:?}");
+    let after = trajectory(door, &session.id, 0).await;
+    assert_eq!(after.origin, i32::from(v1::TrajectoryOrigin::Relaxation), "repaired");
+    let (error_m, odometry_m) = drive.mean_errors_m(&after);
+    assert!(error_m < ERROR_MAX_M && 1.0 < odometry_m, "{error_m} m, {odometry_m} m by odometry");
+    let accepted = the_ledger_is_listed(door, &job, &scans).await;
+
+    let doubted = &accepted[0];
+    let off = door.switch_closure(MAP, &doubted.id, true).await.expect("it is there");
+    assert!(off.switched_off && off.relax_needed, "the map rests on it: {off:?}");
+    let again = door.switch_closure(MAP, &doubted.id, true).await.expect("it is there");
+    assert_eq!(again, off, "nothing more");
+    let without = relaxed(door).await;
+    let now = ledger(door, &session.id).await;
+    let found = now.iter().find(|one| one.id == doubted.id).expect("it stays in the ledger");
+    assert!(found.switched_off && !found.relax_needed, "the map does without it: {found:?}");
+    assert_eq!(found.verdict, i32::from(v1::ClosureVerdict::Refused), "{found:?}");
+    assert_eq!(found.refusal, i32::from(v1::ClosureRefusal::SwitchedOff), "{found:?}");
+    assert!(
+        told(&without).scans.expect("told").closures_refused > scans.closures_refused,
+        "one more"
+    );
+
+    let on = door.switch_closure(MAP, &doubted.id, false).await.expect("it is there");
+    assert!(!on.switched_off && on.relax_needed, "the map was drawn without it: {on:?}");
+    let with = relaxed(door).await;
+    assert_eq!(told(&with), told(&job), "as the first time");
+    assert_eq!(trajectory(door, &session.id, 0).await.poses, after.poses, "bit for bit");
+    let nobody = "0199d3a6-6ac5-7c4e-9d51-2d9a3f1f3c11";
+    refused(door.switch_closure(MAP, nobody, true).await, "CLOSURE_NOT_FOUND");
+    refused(door.switch_closure(MAP, "none", true).await, "INVALID_FIELD");
+    refused(door.switch_closure("nowhere", &doubted.id, true).await, "MAP_NOT_FOUND");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn over_grpc() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    a_ring_is_closed(&service.grpc()).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn over_rest() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    a_ring_is_closed(&service.rest()).await;
+}
+
+/// A second session on the map is tracked in what the first has drawn, and follows it.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_others_have_drawn_is_followed() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    let door = service.grpc();
+    let drive = SimulatedDrive::through_the_hall(4);
+    let first = mapped(&door, &drive).await;
+    let request = crate::drive::opening(MAP, "second", std::slice::from_ref(&drive.sensor));
+    let second = crate::drive::opened(&door, request).await;
+    crate::drive::send(&door, &second, &drive.batches(40)).await;
+    finished(&door, &second).await;
+    let job = relaxed(&door).await;
+    assert_eq!(told(&job).session, first.id, "the first alone");
+    assert!(job.log.iter().any(|line| line.text.contains(&second.id)), "which is told: {job:?}");
+    let origin = async |session: &str| trajectory(&door, session, 0).await.origin;
+    assert_eq!(origin(&first.id).await, i32::from(v1::TrajectoryOrigin::Relaxation), "repaired");
+    assert_eq!(origin(&second.id).await, i32::from(v1::TrajectoryOrigin::Tracking), "followed");
+}
+
+/// More scans than a job may keep in memory are refused by name.
+#[tokio::test(flavor = "multi_thread")]
+async fn too_many_scans_are_refused() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).setting("jobs.scans_bytes_max", 50_000).start();
+    let door = service.grpc();
+    let session = mapped(&door, &SimulatedDrive::through_the_hall(4)).await;
+    let job = door.start_job(relax(MAP)).await.expect("a job").id;
+    let job = job_done(&door, &job).await;
+    let error = job.error.expect("it cannot be done");
+    assert_eq!(error.code, "CANNOT_RELAX", "{error:?}");
+    assert!(error.message.contains(&session.id), "which session: {error:?}");
+}
+
+/// The commands show what was taken for the same place, and switch it.
+#[tokio::test(flavor = "multi_thread")]
+async fn by_command() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    let door = service.grpc();
+    mapped(&door, &SimulatedDrive::around_the_block(3)).await;
+    let url = format!("http://127.0.0.1:{}", service.port());
+    let ran = async |arguments: Vec<String>| {
+        let mut command = meetpoint(&[]);
+        command.args(arguments).args(["--server", &url]);
+        let output = tokio::task::spawn_blocking(move || command.output()).await;
+        let output = output.expect("it runs").expect("it ends");
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{text} {error}");
+        text
+    };
+    let words = |line: &str| line.split_whitespace().map(str::to_owned).collect::<Vec<String>>();
+    let text = ran(words("relax --map ring")).await;
+    assert!(text.contains("closures accepted and") && text.contains("bits"), "{text}");
+    let (closures, _) = door.closures(listing("", v1::ClosureVerdict::Accepted)).await.expect("ok");
+    let id = &closures[0].id;
+    let text = ran(words("closures --map ring")).await;
+    assert!(text.contains(id) && text.contains("accepted"), "{text}");
+    let text = ran(words(&format!("closures --map ring --off {id}"))).await;
+    assert!(text.contains("meetpoint relax --map ring"), "what is to be done: {text}");
+    let text = ran(words("closures --map ring --json")).await;
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let is_off = |one: &serde_json::Value| one["switched_off"] == true && one["id"] == **id;
+    assert!(json["closures"].as_array().expect("a list").iter().any(is_off), "{json}");
+    let text = ran(words(&format!("closures --map ring --on {id}"))).await;
+    assert!(text.contains(id), "{text}");
+}
