@@ -102,3 +102,44 @@ fn weight(error: f64, variance: f64) -> f64 {
     let chi2 = error * error / variance;
     (CHI2_TURN / (CHI2_TURN + chi2)).powi(2) / variance
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Steps of all kinds, as scans have them, and with odometry that errs; every tenth slips.
+    fn steps(truth: &Calibration) -> Vec<(Pose, ScannedStep)> {
+        (0..200)
+            .map(|i| {
+                let (length_m, turn_rad) = (0.3 * f64::from(i % 3), 0.2 * f64::from(i % 5 - 2));
+                let odometry = Pose::new(length_m, 0.0, turn_rad);
+                let slips = i % 10 == 0;
+                let by_scans =
+                    if slips { Pose::new(0.0, 0.1, 0.9) } else { truth.applied(odometry) };
+                let information = Matrix3::identity() * 1e4;
+                (odometry, ScannedStep { by_scans, information, doubt: Matrix3::zeros() })
+            })
+            .collect()
+    }
+
+    #[test]
+    fn finds_the_scale_although_wheels_slip() {
+        let truth = Calibration { length_scale: 0.97, turn_scale: 1.04, turn_per_m: -0.01 };
+        let found = calibration(&steps(&truth));
+        assert!((found.length_scale - truth.length_scale).abs() < 0.002, "{found:?}");
+        assert!((found.turn_scale - truth.turn_scale).abs() < 0.004, "{found:?}");
+        assert!((found.turn_per_m - truth.turn_per_m).abs() < 0.004, "{found:?}");
+    }
+
+    #[test]
+    fn believes_the_odometry_where_scans_say_nothing() {
+        let silent = |(odometry, step): (Pose, ScannedStep)| {
+            (odometry, ScannedStep { information: Matrix3::zeros(), ..step })
+        };
+        let truth = Calibration { length_scale: 0.5, turn_scale: 1.0, turn_per_m: 0.0 };
+        let found =
+            calibration(&steps(&truth).into_iter().take(20).map(silent).collect::<Vec<_>>());
+        assert!((found.length_scale - 1.0).abs() < 0.02, "{found:?}");
+        assert_eq!(calibration(&[]), Calibration::NONE, "nothing was seen");
+    }
+}

@@ -87,6 +87,7 @@ impl LaserRelaxation {
         refused: &[ClosureKey],
     ) -> Result<Self, InvalidResolution> {
         let frame = GridFrame::new(params.resolution_m)?;
+        let travel = with_finite_poses(travel);
         let keys = key_scans(&travel, &params.key_scans);
         let poses = travel.scans.iter().map(|scan| scan.map_from_robot).collect();
         let live = keys.iter().map(|key| travel.scans[key.scan].map_from_robot).collect();
@@ -355,4 +356,18 @@ impl Drawing {
         self.n_done = end;
         end < keys.len()
     }
+}
+
+/// A travel without numbers that are none: a pose that is not finite is that of the scan before, and
+/// odometry that is not finite is none.
+fn with_finite_poses(mut travel: LaserTravel) -> LaserTravel {
+    let mut last = Pose::IDENTITY;
+    for scan in &mut travel.scans {
+        if scan.map_from_robot.is_finite() {
+            last = scan.map_from_robot;
+        }
+        scan.map_from_robot = last;
+        scan.odometry_from_robot = scan.odometry_from_robot.filter(|pose| pose.is_finite());
+    }
+    travel
 }

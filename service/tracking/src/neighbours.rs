@@ -23,6 +23,8 @@ pub struct NeighbourParams {
 const STEPS: [usize; 4] = [1, 2, 4, 8];
 /// Key scans farther apart than this along the way belong to another pass.
 const N_OWN_PASS: usize = 20;
+/// Squares farther off than this count as one.
+const FAR: f64 = 1e9;
 /// Key scans no farther apart than this belong to one pass.
 const N_ONE_PASS: usize = 10;
 
@@ -41,8 +43,8 @@ pub(crate) fn pairs_across(
     params: &NeighbourParams,
 ) -> Vec<Pair> {
     let square = |pose: &Pose| {
-        #[expect(clippy::cast_possible_truncation, reason = "kilometres at most")]
-        let along = |x_m: f64| (x_m / params.radius_m).floor() as i32;
+        #[expect(clippy::cast_possible_truncation, reason = "clamped")]
+        let along = |x_m: f64| (x_m / params.radius_m).floor().clamp(-FAR, FAR) as i32;
         (along(pose.x_m), along(pose.y_m))
     };
     let mut squares: BTreeMap<(i32, i32), Vec<usize>> = BTreeMap::new();

@@ -52,6 +52,8 @@ struct Hypothesis {
     score: f64,
 }
 
+/// Deviation of the directions of walls, in radians: what a centimetre makes over half a metre.
+const DIRECTION_STD_RAD: f64 = 0.03;
 /// Charts are searched no farther than this from their origin, in cells.
 const N_CELLS_HALF_MAX: f64 = 1000.0;
 /// A scan with fewer facets on mapped space is not asked whether it agrees.
@@ -183,10 +185,18 @@ fn refined(
 }
 
 /// Covariance of a fit. Where the fit says nothing it is a metre and a radian.
+///
+/// Walls whose directions err by a little seem to say a little of where along them one is, and many
+/// walls of a corridor seem to say much: as much of the information as that is not believed.
 fn covariance(fit: &SubmapFit, params: &ClosureParams) -> Option<Matrix3<f64>> {
+    let information = &fit.information;
+    let seeming = DIRECTION_STD_RAD.powi(2) * (information[(0, 0)] + information[(1, 1)]);
+    let mut eigen = (information - Matrix3::from_diagonal(&Vector3::new(seeming, seeming, 0.0)))
+        .symmetric_eigen();
+    eigen.eigenvalues.apply(|value| *value = value.max(0.0) + 1.0);
     let floor = Vector3::new(params.match_std_m, params.match_std_m, params.match_std_rad);
     let floor = Matrix3::from_diagonal(&floor.map(|std| std * std));
-    Some((fit.information + Matrix3::identity()).try_inverse()? + floor)
+    Some(eigen.recompose().try_inverse()? + floor)
 }
 
 /// True if the fit stayed at the peak and enough scans agree with it.

@@ -151,3 +151,87 @@ fn are_apart(a: Pose, b: Pose, params: &PeakParams) -> bool {
     let step = a.step_to(b);
     params.apart_m <= step.distance_m() || params.apart_rad <= step.theta_rad.abs()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_geometry::GridFrame;
+    use meetpoint_occupancy::{BeamModel, Grid, LaserGeometry, ScanMarks};
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::params::FieldParams;
+    use crate::search::{Prior, best_in_window};
+
+    const LASER: LaserGeometry = LaserGeometry {
+        angle_min_rad: -PI,
+        angle_increment_rad: PI / 30.0,
+        n_beams: 60,
+        range_min_m: 0.0,
+        range_max_m: 9.0,
+    };
+    const PARAMS: PeakParams =
+        PeakParams { score_min: 0.05, rival_share: 0.8, apart_m: 0.5, apart_rad: 0.3, n_max: 4 };
+
+    fn seen(ranges_m: &[f32]) -> (Field, Vec<Point2<f64>>) {
+        let mut grid = Grid::new(GridFrame::new(0.05).expect("a length"));
+        let model = BeamModel::INDOOR;
+        grid.insert_scan(Pose::IDENTITY, &LASER, ranges_m, &model, &mut ScanMarks::new());
+        let field = Field::new(&grid, &FieldParams { hit_std_m: 0.05, occupied_log_odds_min: 0.0 });
+        let point = |(beam, &range_m): (u32, &f32)| {
+            let (sin, cos) = LASER.bearing_rad(beam).sin_cos();
+            Point2::new(f64::from(range_m) * cos, f64::from(range_m) * sin)
+        };
+        (field, (0_u32..).zip(ranges_m).map(point).collect())
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn the_best_is_that_of_the_exhaustive_search(
+            ranges_m in prop::collection::vec(0.5_f32..5.0, 60),
+            (x, y, turn) in (-0.9_f64..0.9, -0.9_f64..0.9, -0.4_f64..0.4),
+        ) {
+            let (field, points) = seen(&ranges_m);
+            let center = Pose::new(x, y, turn);
+            let window = Window { center, half_m: 1.2, half_rad: 0.5, step_rad: 0.05 };
+            let free = Prior { center, gain_per_m2: 0.0, gain_per_rad2: 0.0, loss_max: 0.0 };
+            let slow = best_in_window(&field, &points, &window, &free);
+            let pyramid = Pyramid::new(&field, 200);
+            let peaks = peaks_in_window((&field, &pyramid), &points, &window, &PARAMS);
+            match peaks.first() {
+                Some(best) => prop_assert!((best.score - slow.score).abs() < 1e-12, "{best:?} {slow:?}"),
+                None => prop_assert!(slow.score <= PARAMS.score_min, "{slow:?} was not found"),
+            }
+        }
+    }
+
+    /// Two rooms alike, side by side: a scan of one fits the other.
+    #[test]
+    fn a_second_room_alike_is_a_rival() {
+        let square = |beam: u32| {
+            let (sin, cos) = LASER.bearing_rad(beam).sin_cos();
+            #[expect(clippy::cast_possible_truncation, reason = "ranges are sent as f32")]
+            let range_m = (2.0 / sin.abs().max(cos.abs())) as f32;
+            range_m
+        };
+        let ranges_m: Vec<f32> = (0..60).map(square).collect();
+        let (_, points) = seen(&ranges_m);
+        let mut grid = Grid::new(GridFrame::new(0.05).expect("a length"));
+        for x_m in [0.0, 5.0] {
+            let (pose, model) = (Pose::new(x_m, 0.0, 0.0), BeamModel::INDOOR);
+            grid.insert_scan(pose, &LASER, &ranges_m, &model, &mut ScanMarks::new());
+        }
+        let field = Field::new(&grid, &FieldParams { hit_std_m: 0.05, occupied_log_odds_min: 0.0 });
+        let pyramid = Pyramid::new(&field, 300);
+        let window =
+            Window { center: Pose::new(2.0, 0.0, 0.0), half_m: 4.0, half_rad: 0.2, step_rad: 0.02 };
+        let peaks = peaks_in_window((&field, &pyramid), &points, &window, &PARAMS);
+        let mut places: Vec<f64> = peaks.iter().map(|peak| peak.pose.x_m).collect();
+        places.sort_by(f64::total_cmp);
+        assert_eq!(places.len(), 2, "both rooms and nothing between: {peaks:?}");
+        assert!(places[0].abs() < 0.06 && (places[1] - 5.0).abs() < 0.06, "{places:?}");
+    }
+}

@@ -188,3 +188,119 @@ fn stepped(poses: &[Pose], step: &[f64]) -> Vec<Pose> {
 fn step_size(step: &[f64]) -> f64 {
     step.iter().fold(0.0, |most, part| part.abs().max(most))
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const PARAMS: PoseGraphParams = PoseGraphParams { n_iterations_max: 50, fall_min: 1e-12 };
+
+    fn pose() -> impl Strategy<Value = Pose> {
+        (-3.0_f64..3.0, -3.0_f64..3.0, -3.0_f64..3.0).prop_map(|(x, y, t)| Pose::new(x, y, t))
+    }
+
+    /// Poses, and edges between some of them that say nearly what the poses do.
+    fn graph() -> impl Strategy<Value = (Vec<Pose>, Vec<Edge>)> {
+        let error = (-0.1_f64..0.1, -0.1_f64..0.1, -0.1_f64..0.1);
+        let edge = (0_usize..5, 0_usize..5, error, prop::option::of(1.0_f64..20.0));
+        (prop::collection::vec(pose(), 5), prop::collection::vec(edge, 1..8)).prop_map(
+            |(poses, pairs)| {
+                let chain = (1..poses.len()).map(|to| (to - 1, to, (0.01, -0.02, 0.03), None));
+                let pairs = chain.chain(pairs).filter(|(from, to, ..)| from != to);
+                let edge = |(from, to, (x, y, t), turn): (usize, usize, _, Option<f64>)| {
+                    let seen = poses[from].step_to(poses[to]);
+                    Edge {
+                        from,
+                        to,
+                        from_to: Pose::new(seen.x_m + x, seen.y_m + y, seen.theta_rad + t),
+                        information: Matrix3::new(50.0, 5.0, 2.0, 5.0, 80.0, 1.0, 2.0, 1.0, 90.0),
+                        chi2_turn: turn.unwrap_or(f64::INFINITY),
+                    }
+                };
+                let edges = pairs.map(edge).collect();
+                (poses, edges)
+            },
+        )
+    }
+
+    /// The definition: dense normal equations with derivatives by differences.
+    fn reference(poses: &[Pose], edges: &[Edge]) -> DVector<f64> {
+        let n = 3 * (poses.len() - 1);
+        let (mut hessian, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
+        for edge in edges {
+            let error = |at: &[Pose]| edge.error(at[edge.from], at[edge.to]);
+            let here = error(poses);
+            let mut by = DMatrix::zeros(3, n);
+            for column in 0..n {
+                let mut step = vec![0.0; n];
+                step[column] = 1e-6;
+                let ahead = error(&stepped(poses, &step));
+                step[column] = -1e-6;
+                let slope = (ahead - error(&stepped(poses, &step))) / 2e-6;
+                by.column_mut(column).copy_from(&slope);
+            }
+            let weight = edge.weight(here.dot(&(edge.information * here)));
+            hessian += by.transpose() * (edge.information * weight) * &by;
+            gradient += by.transpose() * (edge.information * weight) * here;
+        }
+        hessian.lu().solve(&-gradient).expect("the chain joins all poses")
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn steps_as_the_dense_definition((poses, edges) in graph()) {
+            let mut equations = NormalEquations::new(poses.len(), &edges);
+            linearise(&poses, &edges, &mut equations);
+            let step = equations.solution(0.0).expect("positive definite");
+            let expected = reference(&poses, &edges);
+            for (found, expected) in step.iter().zip(expected.iter()) {
+                prop_assert!((found - expected).abs() < 1e-5, "{found} is not {expected}");
+            }
+        }
+
+        #[test]
+        fn never_makes_it_worse((poses, edges) in graph()) {
+            let mut found = poses.clone();
+            let mut equations = NormalEquations::new(poses.len(), &edges);
+            let optimised = optimise(&mut found, &edges, &mut equations, &PARAMS);
+            prop_assert!(optimised.cost_after <= optimised.cost_before, "{optimised:?}");
+            prop_assert_eq!(found[0], poses[0], "the first pose stays");
+            prop_assert!((cost(&found, &edges) - optimised.cost_after).abs() < 1e-9, "as told");
+        }
+    }
+
+    #[test]
+    fn one_false_closure_among_true_ones_is_not_believed() {
+        let truth: Vec<Pose> = (0..12)
+            .map(|i| {
+                let (sin, cos) = (f64::from(i) * 0.5).sin_cos();
+                Pose::new(5.0 * cos, 5.0 * sin, f64::from(i) * 0.5)
+            })
+            .collect();
+        let edge = |from: usize, to: usize, chi2_turn| Edge {
+            from,
+            to,
+            from_to: truth[from].step_to(truth[to]),
+            information: Matrix3::identity() * 100.0,
+            chi2_turn,
+        };
+        let mut edges: Vec<Edge> = (1..12).map(|to| edge(to - 1, to, f64::INFINITY)).collect();
+        edges.extend([(0, 11), (1, 10), (2, 9)].map(|(from, to)| edge(from, to, 16.0)));
+        let false_one = edge(3, 8, 16.0);
+        edges.push(Edge { from_to: false_one.from_to * Pose::new(3.0, 0.0, 0.5), ..false_one });
+        let mut poses: Vec<Pose> =
+            truth.iter().map(|pose| *pose * Pose::new(0.1, -0.05, 0.02)).collect();
+        poses[0] = truth[0];
+        let mut equations = NormalEquations::new(poses.len(), &edges);
+        optimise(&mut poses, &edges, &mut equations, &PARAMS);
+        for (found, truth) in poses.iter().zip(&truth) {
+            let error_m = truth.step_to(*found).distance_m();
+            assert!(error_m < 0.03, "{error_m} m off");
+        }
+    }
+}

@@ -111,3 +111,34 @@ fn double(values: &mut [u8], width: usize, edge: usize) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(32))]
+
+        #[test]
+        fn doubled_squares_hold_the_greatest(
+            values in prop::collection::vec(any::<u8>(), 20 * 20),
+            scale in 0_u32..4,
+        ) {
+            let (width, edge) = (20_usize, 1_usize << scale);
+            let mut found = values.clone();
+            for doubling in 0..scale {
+                double(&mut found, width, 1 << doubling);
+            }
+            for y in 0..width {
+                for x in 0..width {
+                    let rows = y..(y + edge).min(width);
+                    let square = rows.flat_map(|row| &values[row * width + x..row * width + (x + edge).min(width)]);
+                    let expected = square.copied().max().unwrap_or(0);
+                    prop_assert_eq!(found[y * width + x], expected, "at {}, {}", x, y);
+                }
+            }
+        }
+    }
+}

@@ -53,3 +53,46 @@ fn entropy_bits(log_odds: f64) -> f64 {
     let likelier = 1.0 - other;
     -(likelier * likelier.log2() + other * other.log2())
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_geometry::{GridFrame, Pose};
+    use meetpoint_occupancy::{BeamModel, LaserGeometry, ScanMarks};
+
+    use super::*;
+
+    #[test]
+    fn of_a_cell_is_that_of_its_probability() {
+        assert_eq!(entropy_bits(0.0), 1.0, "a fair coin");
+        let p = 1.0 / (1.0 + (-1.5_f64).exp());
+        let expected = -(p * p.log2() + (1.0 - p) * (1.0 - p).log2());
+        assert!((entropy_bits(1.5) - expected).abs() < 1e-12, "by the definition");
+        assert_eq!(entropy_bits(1.5), entropy_bits(-1.5), "free is as sure as occupied");
+        assert_eq!(entropy_bits(1e3), 0.0, "certain");
+    }
+
+    #[test]
+    fn walls_drawn_twice_are_less_sharp() {
+        let laser = LaserGeometry {
+            angle_min_rad: -PI,
+            angle_increment_rad: PI / 180.0,
+            n_beams: 360,
+            range_min_m: 0.0,
+            range_max_m: 9.0,
+        };
+        let entropy = |step_m: f64| {
+            let mut grid = Grid::new(GridFrame::new(0.05).expect("a length"));
+            for i in 0..10 {
+                let pose = Pose::new(step_m * f64::from(i % 2), 0.0, 0.0);
+                let model = &BeamModel::INDOOR;
+                grid.insert_scan(pose, &laser, &[2.02; 360], model, &mut ScanMarks::new());
+            }
+            Sharpness::of_grid(&grid)
+        };
+        let (sharp, blurred) = (entropy(0.0), entropy(0.15));
+        assert!(sharp.mean_bits() < 0.9 * blurred.mean_bits(), "{sharp:?} {blurred:?}");
+        assert_eq!(Sharpness::default().mean_bits(), 0.0, "of no cells");
+    }
+}

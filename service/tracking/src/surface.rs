@@ -143,7 +143,7 @@ impl Surface {
     }
 }
 
-/// `atan2` to within 1e-4 radians: beams are a hundred times farther apart. M. Abramowitz,
+/// `atan2` to within 3e-4 radians: beams are ten times farther apart. M. Abramowitz,
 /// I. Stegun, "Handbook of mathematical functions" (1964), 4.4.49 of lower degree.
 #[inline]
 fn quick_atan2(y: f32, x: f32) -> f32 {
@@ -223,4 +223,73 @@ fn neighbours(
         (index, last) = (next, hit);
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use meetpoint_geometry::Pose;
+    use meetpoint_occupancy::LaserGeometry;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const LASER: TravelLaser = TravelLaser {
+        robot_from_sensor: Pose { x_m: 0.1, y_m: -0.05, theta_rad: 0.1 },
+        geometry: LaserGeometry {
+            angle_min_rad: -std::f64::consts::PI,
+            angle_increment_rad: std::f64::consts::PI / 180.0,
+            n_beams: 360,
+            range_min_m: 0.0,
+            range_max_m: 20.0,
+        },
+    };
+
+    /// A room of 6 m by 4 m about the sensor, seen from it.
+    fn room() -> Surface {
+        let range = |beam: u32| {
+            let (sin, cos) = (LASER.geometry.bearing_rad(beam)).sin_cos();
+            single((3.0 / cos.abs()).min(2.0 / sin.abs()))
+        };
+        Surface::new(&LASER, &(0..360).map(range).collect::<Vec<f32>>(), 20.0)
+    }
+
+    proptest! {
+        /// By the definition: of all facets that face that way and lie within reach, the nearest.
+        #[test]
+        fn finds_the_nearest_facet(index in 0_usize..300, x in -0.04_f32..0.04, y in -0.04_f32..0.04) {
+            let room = room();
+            let facet = room.facets()[index % room.facets().len()];
+            let point = facet.at + Vector2::new(x, y);
+            let near = |facet: &&Facet| {
+                let away = point - facet.at;
+                let across_m = facet.normal.dot(&away).abs();
+                let along_m = (facet.normal.x * away.y - facet.normal.y * away.x).abs();
+                across_m <= 0.1 && along_m <= BEYOND_REACH_M + facet.reach_m
+            };
+            let facing = |other: &&Facet| FACING_COSINE_MIN < other.normal.dot(&facet.normal);
+            let distance = |facet: &Facet| (point - facet.at).norm();
+            let all = room.facets().iter().filter(near).filter(facing);
+            let expected = all.map(distance).min_by(f32::total_cmp).expect("the facet itself");
+            let found = room.nearest(point, facet.normal, 0.1).expect("some facet is near");
+            prop_assert!((distance(found) - expected).abs() < 1e-4, "{} is not {}", distance(found), expected);
+        }
+
+        #[test]
+        fn the_quick_angle_is_right(x in -5.0_f32..5.0, y in -5.0_f32..5.0) {
+            let error = (quick_atan2(y, x) - y.atan2(x)).abs();
+            prop_assert!(error < 3e-4, "{error} off");
+        }
+    }
+
+    #[test]
+    fn walls_face_the_sensor() {
+        let room = room();
+        assert!(340 < room.facets().len(), "but for the corners all beams meet walls");
+        let ahead = room.nearest(Point2::new(3.05, 0.25), Vector2::new(-1.0, -0.1), 0.2);
+        let normal = ahead.expect("the wall ahead").normal;
+        let (sin, cos) = 0.1_f32.sin_cos();
+        assert!((normal - Vector2::new(-cos, -sin)).norm() < 0.02, "{normal}");
+        let behind = room.nearest(Point2::new(3.05, 0.25), Vector2::new(1.0, 0.1), 0.2);
+        assert_eq!(behind, None, "not the other side of the wall");
+    }
 }

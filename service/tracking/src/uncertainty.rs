@@ -96,3 +96,65 @@ pub(crate) fn inverted(there: Pose, covariance: &Matrix3<f64>) -> Matrix3<f64> {
     let by = Matrix3::new(-cos, -sin, back.y_m, sin, -cos, -back.x_m, 0.0, 0.0, -1.0);
     by * covariance * by.transpose()
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const COVARIANCE: Matrix3<f64> =
+        Matrix3::new(0.04, 0.01, 0.002, 0.01, 0.09, 0.003, 0.002, 0.003, 0.01);
+
+    fn pose() -> impl Strategy<Value = Pose> {
+        (-3.0_f64..3.0, -3.0_f64..3.0, -1.5_f64..1.5).prop_map(|(x, y, t)| Pose::new(x, y, t))
+    }
+
+    fn numbers(pose: Pose) -> Vector3<f64> {
+        Vector3::new(pose.x_m, pose.y_m, pose.theta_rad)
+    }
+
+    /// J C J' with the derivative by differences.
+    fn carried(of: impl Fn(Pose) -> Pose, at: Pose, covariance: &Matrix3<f64>) -> Matrix3<f64> {
+        let column = |index: usize| {
+            let mut step = Vector3::zeros();
+            step[index] = 1e-6;
+            let there = |s: Vector3<f64>| Pose::new(at.x_m + s.x, at.y_m + s.y, at.theta_rad + s.z);
+            (numbers(of(there(step))) - numbers(of(there(-step)))) / 2e-6
+        };
+        let by = Matrix3::from_columns(&[column(0), column(1), column(2)]);
+        by * covariance * by.transpose()
+    }
+
+    proptest! {
+        #[test]
+        fn carries_as_the_derivative_does(first in pose(), then in pose()) {
+            let found = composed((first, &COVARIANCE), (then, &(COVARIANCE * 2.0)));
+            let expected = carried(|first| first * then, first, &COVARIANCE)
+                + carried(|then| first * then, then, &(COVARIANCE * 2.0));
+            prop_assert!((found - expected).amax() < 1e-6, "{found} is not {expected}");
+            let back = inverted(first, &COVARIANCE);
+            let expected = carried(Pose::inverse, first, &COVARIANCE);
+            prop_assert!((back - expected).amax() < 1e-6, "{back} is not {expected}");
+        }
+    }
+
+    #[test]
+    fn goes_the_surest_way() {
+        let poses: Vec<Pose> = (0..4).map(|i| Pose::new(f64::from(i), 0.0, 0.0)).collect();
+        let sure = Matrix3::identity() * 1e-4;
+        let mut links = vec![Vec::new(); 4];
+        let mut link = |a: usize, b: usize, covariance: Matrix3<f64>| {
+            links[a].push((b, covariance));
+            links[b].push((a, covariance));
+        };
+        link(0, 1, sure);
+        link(1, 2, sure);
+        link(0, 2, Matrix3::identity());
+        let found = covariances_from(0, &poses, &links);
+        let there = found[2].expect("a way leads there");
+        assert!((there[(0, 0)] - 2e-4).abs() < 1e-12, "by way of the second: {there}");
+        assert!(found[3].is_none(), "no way leads there");
+    }
+}
