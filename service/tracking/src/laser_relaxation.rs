@@ -68,13 +68,13 @@ struct Drawing {
 }
 
 /// What a slice holds, each some tens of milliseconds: key scans drawn...
-const N_DRAWN_SLICE: usize = 200;
+const N_DRAWN_SLICE: usize = 150;
 /// ...key scans chained...
-const N_CHAINED_SLICE: usize = 200;
+const N_CHAINED_SLICE: usize = 60;
 /// ...pairs matched...
-const N_PAIRS_SLICE: usize = 4000;
+const N_PAIRS_SLICE: usize = 2000;
 /// ...scans placed.
-const N_PLACED_SLICE: usize = 1000;
+const N_PLACED_SLICE: usize = 400;
 
 impl LaserRelaxation {
     /// Begins a relaxation. `refused` are the closures that an operator switched off.
@@ -179,7 +179,7 @@ impl LaserRelaxation {
         if sweeps.match_some(&self.keys, &self.chain.poses, &pair, N_PAIRS_SLICE) {
             return Work::ChainSweeps(sweeps, n_done);
         }
-        sweeps.solve(&mut self.chain.poses, &self.params.graph);
+        sweeps.solve(&mut self.chain.poses, &self.params.sweep_graph);
         if n_done + 1 < self.params.n_chain_sweeps {
             return Work::ChainSweeps(sweeps, n_done + 1);
         }
@@ -229,7 +229,7 @@ impl LaserRelaxation {
         if sweeps.match_some(&self.keys, &self.key_poses, &pair, N_PAIRS_SLICE) {
             return Work::Sweeps(sweeps, n_done);
         }
-        let optimised = sweeps.solve(&mut self.key_poses, &self.params.graph);
+        let optimised = sweeps.solve(&mut self.key_poses, &self.params.sweep_graph);
         let n_done = n_done + 1;
         if n_done == self.params.n_wide_sweeps {
             let n_closures =

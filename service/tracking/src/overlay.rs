@@ -109,8 +109,10 @@ pub(crate) fn overlaid(
     let chart = charts.of(guess.from, submaps, evidence);
     let hypotheses = hypotheses(guess, &points, chart, evidence);
     let best = *hypotheses.first()?;
-    let lead = hypotheses.get(1).map(|next| best.log_likelihood - next.log_likelihood);
     let fit = refined(guess, best.pose, &there, submaps, evidence);
+    let covariance = covariance(&fit, params)?;
+    let rivals = rivals(&hypotheses, (fit.from_to, &covariance), params);
+    let lead = rivals.first().map(|next| best.log_likelihood - next.log_likelihood);
     let verdict = if lead.is_some_and(|lead| lead < params.log_odds_min) {
         Verdict::Refused(Refusal::Ambiguous)
     } else if !is_confirmed(chart, &there, &fit, (best.pose, params)) {
@@ -120,17 +122,31 @@ pub(crate) fn overlaid(
     } else {
         Verdict::Accepted
     };
-    let rivals = hypotheses.iter().skip(1);
     let near = |rival: &&Hypothesis| {
         best.log_likelihood - rival.log_likelihood < 2.0 * params.log_odds_min
     };
+    let alternatives = rivals.iter().filter(near).map(|rival| (rival.pose, rival.score));
     Some(Found {
         from_to: fit.from_to,
-        covariance: covariance(&fit, params)?,
+        covariance,
         score: best.score,
-        alternatives: rivals.filter(near).map(|rival| (rival.pose, rival.score)).collect(),
+        alternatives: alternatives.collect(),
         verdict,
     })
+}
+
+/// The hypotheses but the first that are not what its fit says anyway: along a corridor, that leaves
+/// open where one is.
+fn rivals(
+    hypotheses: &[Hypothesis],
+    (from_to, covariance): (Pose, &Matrix3<f64>),
+    params: &ClosureParams,
+) -> Vec<Hypothesis> {
+    let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
+    let edge = Edge { from: 0, to: 1, from_to, information, chi2_turn: f64::INFINITY };
+    let is_another =
+        |other: &&Hypothesis| params.rival_chi2_min < edge.chi2(Pose::IDENTITY, other.pose);
+    hypotheses.iter().skip(1).filter(is_another).copied().collect()
 }
 
 /// The places where some points fit, the likeliest first.

@@ -36,8 +36,10 @@ pub struct LaserRelaxationParams {
     pub n_wide_sweeps: u32,
     /// Sweeps over all pairs, at most.
     pub n_sweeps_max: u32,
-    /// How the pose graph is solved.
+    /// How the pose graph of submaps is solved.
     pub graph: PoseGraphParams,
+    /// How that of key scans is solved in each sweep: the next one goes on from there.
+    pub sweep_graph: PoseGraphParams,
 }
 
 /// When two submaps are believed to be one place.
@@ -102,6 +104,8 @@ pub struct ClosureParams {
     pub match_std_m: f64,
     /// ...and radians: how far a submap is from rigid.
     pub match_std_rad: f64,
+    /// A place is another if its square, in units of the best one's covariance, is more than this.
+    pub rival_chi2_min: f64,
     /// A rival has at least this share of the best score.
     pub rival_share: f64,
     /// Rivals that are kept, at most.
@@ -177,11 +181,12 @@ impl LaserRelaxationParams {
             alone_std_m: 0.4,
             support_chi2_max: 16.0,
             chi2_turn: 16.0,
-            inconsistent_chi2_min: 25.0,
+            inconsistent_chi2_min: 16.0,
             graph_std_m: 0.1,
             graph_std_rad: 2.0 * PI / 180.0,
             match_std_m: 0.02,
             match_std_rad: 0.3 * PI / 180.0,
+            rival_chi2_min: 6.0,
             rival_share: 0.6,
             n_peaks_max: 8,
             n_passes_max: 3,
@@ -191,5 +196,6 @@ impl LaserRelaxationParams {
         n_wide_sweeps: 2,
         n_sweeps_max: 10,
         graph: PoseGraphParams { n_iterations_max: 20, fall_min: 1e-4 },
+        sweep_graph: PoseGraphParams { n_iterations_max: 3, fall_min: 1e-3 },
     };
 }

@@ -28,25 +28,10 @@ pub(crate) fn print(travel: &LaserTravel, truths: &[Pose], outcome: &LaserOutcom
         verdicts.entry(format!("{:?}", closure.verdict)).or_default()[usize::from(is_false)] += 1;
         if closure.verdict == Verdict::Accepted {
             n_false += u32::from(is_false);
+            if is_false {
+                println!("  false: {error:?} from the truth: {closure:?}");
+            }
             worst_m = worst_m.max(if is_false { error.distance_m() } else { 0.0 });
-        }
-    }
-    if std::env::var("DUMP").is_ok() {
-        for (i, (p, t)) in outcome.poses.iter().zip(truths).enumerate().step_by(20) {
-            let l = travel.scans[i].map_from_robot;
-            println!(
-                "{i} truth {:.2} {:.2} {:.3} live {:.2} {:.2} {:.3} lost {} relaxed {:.2} {:.2} {:.3}",
-                t.x_m,
-                t.y_m,
-                t.theta_rad,
-                l.x_m,
-                l.y_m,
-                l.theta_rad,
-                travel.scans[i].is_lost,
-                p.x_m,
-                p.y_m,
-                p.theta_rad
-            );
         }
     }
     println!(
