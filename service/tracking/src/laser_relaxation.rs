@@ -13,7 +13,7 @@ use crate::key_scan::{KeyScan, key_scans};
 use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage};
 use crate::laser_travel::LaserTravel;
 use crate::neighbours::{pairs_across, pairs_along};
-use crate::placing::{Keys, placed};
+use crate::placing::{Keys, placed, stands};
 use crate::pose_graph::Edge;
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::sharpness::Sharpness;
@@ -257,7 +257,11 @@ impl LaserRelaxation {
         let pair = self.params.pairs();
         let by = (&pair, self.params.key_scans.range_max_m);
         for scan in self.n_placed..end {
-            self.poses[scan] = placed(&self.travel, scan, around, &self.calibration, by);
+            let stood = scan.checked_sub(1).filter(|&before| stands(&self.travel, (before, scan)));
+            self.poses[scan] = match stood {
+                Some(before) => self.poses[before],
+                None => placed(&self.travel, scan, around, &self.calibration, by),
+            };
         }
         self.n_placed = end;
         if end < self.travel.scans.len() {

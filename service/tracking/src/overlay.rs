@@ -111,7 +111,7 @@ pub(crate) fn overlaid(
     let best = *hypotheses.first()?;
     let fit = refined(guess, best.pose, &there, submaps, evidence);
     let covariance = covariance(&fit, params)?;
-    let rivals = rivals(&hypotheses, (fit.from_to, &covariance), params);
+    let rivals = &hypotheses[1..];
     let lead = rivals.first().map(|next| best.log_likelihood - next.log_likelihood);
     let verdict = if lead.is_some_and(|lead| lead < params.log_odds_min) {
         Verdict::Refused(Refusal::Ambiguous)
@@ -133,20 +133,6 @@ pub(crate) fn overlaid(
         alternatives: alternatives.collect(),
         verdict,
     })
-}
-
-/// The hypotheses but the first that are not what its fit says anyway: along a corridor, that leaves
-/// open where one is.
-fn rivals(
-    hypotheses: &[Hypothesis],
-    (from_to, covariance): (Pose, &Matrix3<f64>),
-    params: &ClosureParams,
-) -> Vec<Hypothesis> {
-    let information = covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-    let edge = Edge { from: 0, to: 1, from_to, information, chi2_turn: f64::INFINITY };
-    let is_another =
-        |other: &&Hypothesis| params.rival_chi2_min < edge.chi2(Pose::IDENTITY, other.pose);
-    hypotheses.iter().skip(1).filter(is_another).copied().collect()
 }
 
 /// The places where some points fit, the likeliest first.

@@ -24,6 +24,8 @@ pub(crate) struct Keys<'a> {
 /// Steps between scans err by this much, in metres and radians.
 const STEP_STD_M: f64 = 0.01;
 const STEP_STD_RAD: f64 = 0.005;
+/// Smaller steps than this, in metres and radians, are none.
+const STANDING_MAX: f64 = 1e-3;
 /// Key scans of other passes that a scan is matched with, at most.
 const N_ACROSS_MAX: usize = 4;
 /// Facets of a scan that a match looks at, at most.
@@ -66,6 +68,15 @@ pub(crate) fn placed(
     let near: Vec<(&Surface, Pose)> =
         near.into_iter().map(|key| (&keys[key].surface, poses[key])).collect();
     refined(&surface, start, &Matrix3::from_diagonal(&information), &near, params)
+}
+
+/// True if live mapping and odometry, if there is any, have the robot stand between two scans.
+pub(crate) fn stands(travel: &LaserTravel, (before, scan): (usize, usize)) -> bool {
+    let (before, here) = (&travel.scans[before], &travel.scans[scan]);
+    let odometry = before.odometry_from_robot.zip(here.odometry_from_robot);
+    let is_short =
+        |step: Pose| step.distance_m() < STANDING_MAX && step.theta_rad.abs() < STANDING_MAX;
+    is_short(step(before, here)) && odometry.is_none_or(|(a, b)| is_short(a.step_to(b)))
 }
 
 /// The pose at a scan by the step from the key scan before it, and by that from the one after: the steps

@@ -104,8 +104,6 @@ pub struct ClosureParams {
     pub match_std_m: f64,
     /// ...and radians: how far a submap is from rigid.
     pub match_std_rad: f64,
-    /// A place is another if its square, in units of the best one's covariance, is more than this.
-    pub rival_chi2_min: f64,
     /// A rival has at least this share of the best score.
     pub rival_share: f64,
     /// Rivals that are kept, at most.
@@ -186,7 +184,6 @@ impl LaserRelaxationParams {
             graph_std_rad: 2.0 * PI / 180.0,
             match_std_m: 0.02,
             match_std_rad: 0.3 * PI / 180.0,
-            rival_chi2_min: 6.0,
             rival_share: 0.6,
             n_peaks_max: 8,
             n_passes_max: 3,

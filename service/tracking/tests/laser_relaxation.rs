@@ -1,0 +1,202 @@
+//! Relaxation of laser sessions in simulated buildings.
+
+use meetpoint_geometry::{Point2, Pose};
+use meetpoint_occupancy::LaserGeometry;
+use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick, corridor_loop};
+use meetpoint_tracking::{
+    Closure, ClosureKey, DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams,
+    LaserTravel, LiveMap, MappingParams, Observation, ObservationKind, Refusal, Sensor, SensorKind,
+    SessionConfig, SessionKey, TravelLaser, Verdict,
+};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
+
+const KEY: SessionKey = SessionKey(0);
+const PARAMS: LaserRelaxationParams = LaserRelaxationParams::INDOOR;
+
+/// A travel by live mapping, and where the robot truly was at each scan.
+struct Driven {
+    travel: LaserTravel,
+    truths: Vec<Pose>,
+}
+
+fn driven(building: &Building, waypoints: &[Point2<f64>], seed: u64) -> Driven {
+    let robot =
+        Robot { odometry_error: OdometryError::UNCALIBRATED, n_ticks_per_scan: 4, ..Robot::INDOOR };
+    let rng = ChaCha8Rng::seed_from_u64(seed);
+    let drive = Drive::new(building, robot, waypoints, 0, rng).expect("there is such a way");
+    let laser = robot.laser;
+    let geometry = LaserGeometry {
+        angle_min_rad: laser.angle_min_rad,
+        angle_increment_rad: laser.angle_increment_rad,
+        n_beams: laser.n_beams,
+        range_min_m: laser.range_min_m,
+        range_max_m: laser.range_max_m,
+    };
+    let robot_from_sensor = laser.robot_from_laser;
+    let mut map = LiveMap::new(MappingParams::INDOOR, 0.05).expect("a length");
+    let sensor = Sensor { robot_from_sensor, kind: SensorKind::Laser(geometry) };
+    let config = SessionConfig { map_from_start: drive.truth(), sensors: vec![sensor] };
+    map.open_session(KEY, config);
+    let lasers = vec![TravelLaser { robot_from_sensor, geometry }];
+    let mut driven =
+        Driven { travel: LaserTravel { lasers, scans: Vec::new() }, truths: Vec::new() };
+    for Tick { stamp_ns, truth, odometry, scan } in drive {
+        map.apply(KEY, &Observation { stamp_ns, kind: ObservationKind::OdometryPose(odometry) });
+        let Some(ranges_m) = scan else { continue };
+        let kind = ObservationKind::LaserScan { sensor: 0, ranges_m: ranges_m.clone() };
+        let estimate = map.apply(KEY, &Observation { stamp_ns, kind }).expect("a laser's scan");
+        driven.truths.push(truth);
+        driven.travel.scans.push(DrivenScan {
+            stamp_ns,
+            laser: 0,
+            ranges_m: ranges_m.into(),
+            odometry_from_robot: Some(odometry),
+            map_from_robot: estimate.map_from_robot,
+            is_lost: estimate.lost,
+        });
+    }
+    driven
+}
+
+fn relaxed(travel: &LaserTravel, refused: &[ClosureKey]) -> LaserOutcome {
+    let mut relaxation =
+        LaserRelaxation::new(travel.clone(), PARAMS, refused).expect("a resolution");
+    let mut share = 0.0;
+    while let Some(progress) = relaxation.advance() {
+        assert!(share <= progress.share && progress.share <= 1.0, "{progress:?} after {share}");
+        share = progress.share;
+    }
+    relaxation.into_outcome()
+}
+
+/// The largest distance from the truth, in metres.
+fn error_max_m(poses: &[Pose], truths: &[Pose]) -> f64 {
+    let errors = poses.iter().zip(truths).map(|(pose, truth)| truth.step_to(*pose).distance_m());
+    errors.fold(0.0, f64::max)
+}
+
+fn accepted(outcome: &LaserOutcome) -> impl Iterator<Item = &Closure> {
+    outcome.closures.iter().filter(|closure| closure.verdict == Verdict::Accepted)
+}
+
+/// How far the poses that a closure joins truly are from what it says, in metres.
+fn error_of_m(closure: &Closure, driven: &Driven) -> f64 {
+    let at = |stamp_ns: i64| {
+        let scans = &driven.travel.scans;
+        let index = scans.iter().position(|scan| scan.stamp_ns == stamp_ns);
+        driven.truths[index.expect("a scan of the travel")]
+    };
+    let truth = at(closure.key.from_ns).step_to(at(closure.key.to_ns));
+    truth.step_to(closure.from_to).distance_m()
+}
+
+#[test]
+fn a_loop_is_closed_and_its_scale_found() {
+    let world = corridor_loop();
+    let driven = driven(&world.building, &world.tours[0], 3);
+    let outcome = relaxed(&driven.travel, &[]);
+    assert_eq!(outcome.poses.len(), driven.travel.scans.len(), "a pose for each scan");
+    let error_m = error_max_m(&outcome.poses, &driven.truths);
+    assert!(error_m < 0.1, "{error_m} m off");
+    assert!(1 <= accepted(&outcome).count(), "{:?}", outcome.closures);
+    for closure in accepted(&outcome) {
+        let error_m = error_of_m(closure, &driven);
+        assert!(error_m < 0.5, "{error_m} m off: {closure:?}");
+        assert!(closure.chi2 < 16.5, "what the poses contradict is refused: {closure:?}");
+    }
+    let scale = outcome.calibration.length_scale * OdometryError::UNCALIBRATED.scale;
+    assert!((scale - 1.0).abs() < 0.01, "{:?}", outcome.calibration);
+    assert!(outcome.after.chi2 < outcome.before.chi2, "{:?} {:?}", outcome.before, outcome.after);
+    assert_eq!(outcome, relaxed(&driven.travel, &[]), "the same bits");
+}
+
+#[test]
+fn what_is_switched_off_is_not_believed() {
+    let world = corridor_loop();
+    let driven = driven(&world.building, &world.tours[0], 3);
+    let mut refused: Vec<ClosureKey> = Vec::new();
+    // Refusing one may bring up another.
+    for _ in 0..5 {
+        let outcome = relaxed(&driven.travel, &refused);
+        for closure in &outcome.closures {
+            let is_off = closure.verdict == Verdict::Refused(Refusal::SwitchedOff);
+            let is_refused = refused.contains(&closure.key);
+            assert!(is_refused || !is_off, "nobody refused {closure:?}");
+            assert!(!is_refused || closure.verdict != Verdict::Accepted, "{closure:?}");
+        }
+        refused.extend(accepted(&outcome).map(|closure| closure.key));
+    }
+    assert!(!refused.is_empty(), "something was accepted at first");
+}
+
+/// Offices alike, six on each side of a corridor: half a metre a character.
+fn offices() -> Building {
+    let repeated = |row: &str| format!("#{}", row.repeat(6));
+    let above =
+        ["###########", "..........#", "......##..#", "..........#", "..........#", ".##.......#"];
+    let door = "###....####";
+    let corridor = "...........";
+    let rows = above.iter().chain([&door]).map(|row| repeated(row));
+    let below = [&door].into_iter().chain(above.iter().rev()).map(|row| repeated(row));
+    let mut middle = vec![repeated(corridor); 4];
+    for row in &mut middle {
+        row.replace_range(row.len() - 1.., "#");
+    }
+    let drawing: Vec<String> = rows.chain(middle).chain(below).collect();
+    Building::from_drawing(&drawing.join("\n"), 0.5).expect("a drawing")
+}
+
+#[test]
+fn an_office_is_not_taken_for_another_alike() {
+    let building = offices();
+    let middle_m = 4.5;
+    let inside = |office: u32, up: f64| {
+        let x_m = 5.5 * f64::from(office) + 3.0;
+        [0.0, 2.6 * up, 0.0].map(|y_m| Point2::new(x_m, middle_m + y_m))
+    };
+    let visits = [(1, 1.0), (4, 1.0), (2, -1.0), (1, 1.0), (5, -1.0), (2, 1.0)];
+    let start = std::iter::once(Point2::new(1.0, middle_m));
+    let waypoints: Vec<Point2<f64>> =
+        start.chain(visits.into_iter().flat_map(|(office, up)| inside(office, up))).collect();
+    let driven = driven(&building, &waypoints, 5);
+    let outcome = relaxed(&driven.travel, &[]);
+    assert!(1 <= accepted(&outcome).count(), "{:?}", outcome.closures);
+    for closure in accepted(&outcome) {
+        let error_m = error_of_m(closure, &driven);
+        assert!(error_m < 1.5, "another office is 5.5 m off: {error_m} m, {closure:?}");
+    }
+    let error_m = error_max_m(&outcome.poses, &driven.truths);
+    assert!(error_m < 0.3, "{error_m} m off");
+}
+
+#[test]
+fn whatever_comes_is_survived() {
+    let empty = relaxed(&LaserTravel::default(), &[]);
+    assert!(empty.poses.is_empty() && empty.closures.is_empty(), "nothing in, nothing out");
+    let world = corridor_loop();
+    let mut travel = driven(&world.building, &world.tours[0], 4).travel;
+    travel.scans.truncate(60);
+    for (index, scan) in travel.scans.iter_mut().enumerate() {
+        match index % 10 {
+            3 => scan.map_from_robot = Pose { x_m: f64::NAN, ..scan.map_from_robot },
+            5 => scan.odometry_from_robot = None,
+            6 => {
+                scan.odometry_from_robot =
+                    Some(Pose { x_m: f64::INFINITY, y_m: 0.0, theta_rad: 0.0 })
+            }
+            7 => scan.ranges_m = vec![f32::NAN; 181].into(),
+            8 => scan.laser = 7,
+            9 => scan.ranges_m = vec![1.0, -3.0].into(),
+            _ => {}
+        }
+    }
+    travel.scans[40].map_from_robot = Pose { x_m: 1e12, y_m: -1e12, theta_rad: 1.0 };
+    let outcome = relaxed(&travel, &[]);
+    assert_eq!(outcome.poses.len(), 60, "a pose for each scan");
+    assert!(outcome.poses.iter().all(|pose| pose.is_finite()), "{:?}", outcome.poses);
+    for n_scans in (1..4).rev() {
+        travel.scans.truncate(n_scans);
+        assert_eq!(relaxed(&travel, &[]).poses.len(), n_scans, "a pose for each scan");
+    }
+}
