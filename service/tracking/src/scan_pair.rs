@@ -134,3 +134,67 @@ const STEP_MIN: f64 = 1e-4;
 pub(crate) fn moved(pose: Pose, step: Vector3<f64>) -> Pose {
     Pose::new(pose.x_m + step.x, pose.y_m + step.y, pose.theta_rad + step.z)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_occupancy::LaserGeometry;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::laser_travel::TravelLaser;
+
+    const LASER: TravelLaser = TravelLaser {
+        robot_from_sensor: Pose::IDENTITY,
+        geometry: LaserGeometry {
+            angle_min_rad: -PI,
+            angle_increment_rad: PI / 180.0,
+            n_beams: 360,
+            range_min_m: 0.0,
+            range_max_m: 20.0,
+        },
+    };
+    const PARAMS: PairParams = PairParams { gate_m: 0.3, turn_m: 0.2, facet_std_m: 0.05 };
+
+    /// What is seen from a pose between the walls at ±`x_m` and ±`y_m`.
+    fn seen(pose: Pose, (x_m, y_m): (f64, f64)) -> Surface {
+        #[expect(clippy::cast_possible_truncation, reason = "ranges are sent as f32")]
+        let range = |beam: u32| {
+            let (sin, cos) = (pose.theta_rad + LASER.geometry.bearing_rad(beam)).sin_cos();
+            let to_x_m = (x_m - pose.x_m * cos.signum()) / cos.abs();
+            let to_y_m = (y_m - pose.y_m * sin.signum()) / sin.abs();
+            to_x_m.min(to_y_m) as f32
+        };
+        Surface::new(&LASER, &(0..360).map(range).collect::<Vec<f32>>(), 20.0)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+
+        #[test]
+        fn finds_how_the_poses_relate(
+            (x, y, turn) in (-0.3_f64..0.3, -0.3_f64..0.3, -0.3_f64..0.3),
+            (dx, dy, dt) in (-0.1_f64..0.1, -0.1_f64..0.1, -0.03_f64..0.03),
+        ) {
+            let truth = Pose::new(x, y, turn);
+            let (a, b) = (seen(Pose::IDENTITY, (3.0, 2.0)), seen(truth, (3.0, 2.0)));
+            let start = Pose::new(x + dx, y + dy, turn + dt);
+            let (found, form) = fitted(&a, &b, start, &PARAMS, (1, 20));
+            let error = truth.step_to(found);
+            prop_assert!(error.distance_m() < 0.01, "{error:?}");
+            prop_assert!(error.theta_rad.abs() < 0.005, "{error:?}");
+            prop_assert!(0.9 < form.met_share(), "{form:?}");
+        }
+    }
+
+    #[test]
+    fn a_corridor_says_nothing_of_where_along_it_one_is() {
+        let a = seen(Pose::IDENTITY, (1e3, 1.0));
+        let b = seen(Pose::new(0.2, 0.1, 0.0), (1e3, 1.0));
+        let form = pair_form(&a, &b, Pose::new(0.2, 0.05, 0.0), &PARAMS, 1);
+        assert!(form.hessian[(0, 0)] < 1e-4 * form.hessian[(1, 1)], "{}", form.hessian);
+        let step = form.step();
+        assert!(step.x.abs() < 0.005 && (step.y - 0.05).abs() < 0.01, "{step}");
+    }
+}

@@ -170,6 +170,9 @@ fn an_office_is_not_taken_for_another_alike() {
     assert!(error_m < 0.3, "{error_m} m off");
 }
 
+/// No pose.
+const ENDLESS: Pose = Pose { x_m: f64::INFINITY, y_m: 0.0, theta_rad: 0.0 };
+
 #[test]
 fn whatever_comes_is_survived() {
     let empty = relaxed(&LaserTravel::default(), &[]);
@@ -181,10 +184,7 @@ fn whatever_comes_is_survived() {
         match index % 10 {
             3 => scan.map_from_robot = Pose { x_m: f64::NAN, ..scan.map_from_robot },
             5 => scan.odometry_from_robot = None,
-            6 => {
-                scan.odometry_from_robot =
-                    Some(Pose { x_m: f64::INFINITY, y_m: 0.0, theta_rad: 0.0 })
-            }
+            6 => scan.odometry_from_robot = Some(ENDLESS),
             7 => scan.ranges_m = vec![f32::NAN; 181].into(),
             8 => scan.laser = 7,
             9 => scan.ranges_m = vec![1.0, -3.0].into(),
