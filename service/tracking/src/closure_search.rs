@@ -6,7 +6,7 @@
 //! what all of it says, not each by its score. A closure across great uncertainty is not believed alone:
 //! another, of another submap, must say the same.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 use meetpoint_geometry::Pose;
 use nalgebra::{Matrix3, Vector3};
@@ -29,6 +29,10 @@ pub(crate) struct ClosureSearch {
     /// What was guessed when a pair was last matched, and its deviation.
     tried: BTreeMap<SubmapPair, (Pose, f64)>,
     charts: SubmapCharts,
+    /// Where the submap before the next one may lie, as far as it was not laid there.
+    guesses: VecDeque<Guess>,
+    /// Closures of that submap that were accepted.
+    n_accepted: usize,
     next: usize,
     n_passes: u32,
     n_accepted_in_pass: usize,
@@ -46,14 +50,25 @@ impl ClosureSearch {
             refused: refused.iter().copied().collect(),
             tried: BTreeMap::new(),
             charts: SubmapCharts::default(),
+            guesses: VecDeque::new(),
+            n_accepted: 0,
             next: 0,
             n_passes: 0,
             n_accepted_in_pass: 0,
         }
     }
 
-    /// Looks at the next submap. False when the search is over.
+    /// Looks at the next candidate. False when the search is over.
     pub(crate) fn advance(&mut self, evidence: Evidence<'_>) -> bool {
+        if let Some(guess) = self.guesses.pop_front() {
+            self.n_accepted += usize::from(self.consider(&guess, evidence));
+            return true;
+        }
+        if 0 < self.n_accepted {
+            self.n_accepted_in_pass += self.n_accepted;
+            self.n_accepted = 0;
+            self.graph.optimise(&evidence.params.graph);
+        }
         if self.next == self.graph.submaps.len() {
             self.n_passes += 1;
             let n_passes_max = evidence.params.closures.n_passes_max;
@@ -63,16 +78,8 @@ impl ClosureSearch {
             }
             (self.next, self.n_accepted_in_pass) = (0, 0);
         }
-        let to = self.next;
+        self.guesses = self.guesses_of(self.next, evidence).into();
         self.next += 1;
-        let mut n_accepted = 0;
-        for guess in self.guesses(to, evidence) {
-            n_accepted += usize::from(self.consider(&guess, evidence));
-        }
-        if 0 < n_accepted {
-            self.n_accepted_in_pass += n_accepted;
-            self.graph.optimise(&evidence.params.graph);
-        }
         true
     }
 
@@ -89,7 +96,7 @@ impl ClosureSearch {
     }
 
     /// The submaps that one may lie near, of each pass the nearest.
-    fn guesses(&self, to: usize, evidence: Evidence<'_>) -> Vec<Guess> {
+    fn guesses_of(&self, to: usize, evidence: Evidence<'_>) -> Vec<Guess> {
         let params = &evidence.params.closures;
         let driven_m = |submap: usize| evidence.keys[self.graph.submaps[submap].anchor].driven_m;
         let covariances = self.graph.covariances_from(to);

@@ -193,6 +193,6 @@ impl LaserRelaxationParams {
         n_wide_sweeps: 2,
         n_sweeps_max: 10,
         graph: PoseGraphParams { n_iterations_max: 20, fall_min: 1e-4 },
-        sweep_graph: PoseGraphParams { n_iterations_max: 3, fall_min: 1e-3 },
+        sweep_graph: PoseGraphParams { n_iterations_max: 2, fall_min: 1e-3 },
     };
 }
