@@ -118,7 +118,9 @@ pub(crate) fn scanned_step(
     let has_stalled = odometry.distance_m() < STALLED_SHARE * live.distance_m();
     let drift = odometry.step_to(by_odometry.0);
     let has_drifted = APART_MIN_M < drift.distance_m() || APART_MIN_RAD < drift.theta_rad.abs();
-    let is_live = if gain.abs() <= GAIN_MIN { has_stalled || has_drifted } else { 0.0 < gain };
+    let is_lost = [to - 1, to].into_iter().any(|key| travel.scans[keys[key].scan].is_lost);
+    let is_live =
+        if gain.abs() <= GAIN_MIN { !is_lost && (has_stalled || has_drifted) } else { 0.0 < gain };
     let (taken, other) = if is_live { (by_live, by_odometry) } else { (by_odometry, by_live) };
     told(taken, doubt(taken.0, other.0, gain.abs()))
 }

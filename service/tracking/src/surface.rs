@@ -30,7 +30,9 @@ pub(crate) struct Surface {
     /// In the order of the beams.
     facets: Vec<Facet>,
     /// One a beam; what no wall is met by is [`NO_FACET`].
+    /// After a full turn the first beams once more.
     by_beam: Vec<Facet>,
+    is_full_turn: bool,
     /// The sensor in the robot's frame.
     sensor: Point2<f32>,
     /// Direction of beam 0 in the robot's frame.
@@ -67,6 +69,8 @@ const REACH_MAX_M: f64 = 0.25;
 const BEYOND_REACH_M: f32 = 0.05;
 /// Beams that a search for the nearest facet looks at on each side, at most.
 const N_LOOK_MAX: f32 = 12.0;
+/// Beams of a full turn that come again at its end: as many as two searches look at.
+const N_REPEATED: usize = 26;
 /// Walls that face directions farther apart than 37 degrees are not the same.
 const FACING_COSINE_MIN: f32 = 0.8;
 
@@ -89,15 +93,23 @@ impl Surface {
             .collect();
         let sensor = robot_from_sensor.position();
         let facets = (0..hits.len()).map(|beam| facet(&hits, beam, sensor));
-        let by_beam: Vec<Facet> = facets.map(|facet| facet.unwrap_or(NO_FACET)).collect();
+        let mut by_beam: Vec<Facet> = facets.map(|facet| facet.unwrap_or(NO_FACET)).collect();
+        let facets = by_beam.iter().copied().filter(|facet| !facet.at.x.is_nan()).collect();
         let beams_per_rad = single(1.0 / geometry.angle_increment_rad);
+        let n_turn = (TAU * beams_per_rad).abs();
+        let is_full_turn = n_turn - 0.5 <= by_beam.len() as f32;
+        if is_full_turn {
+            let first: Vec<Facet> = by_beam.iter().copied().take(N_REPEATED).collect();
+            by_beam.extend(first);
+        }
         Self {
-            facets: by_beam.iter().copied().filter(|facet| !facet.at.x.is_nan()).collect(),
+            facets,
             by_beam,
+            is_full_turn,
             sensor: sensor.map(single),
             angle_min_rad: single(robot_from_sensor.theta_rad + geometry.angle_min_rad),
             beams_per_rad,
-            n_turn: (TAU * beams_per_rad).abs(),
+            n_turn,
         }
     }
 
@@ -120,6 +132,7 @@ impl Surface {
         let bearing_rad = quick_atan2(away.y, away.x) - self.angle_min_rad;
         let beam = (bearing_rad * self.beams_per_rad).rem_euclid(self.n_turn);
         let look = (gate_m / range_m.max(gate_m) * self.beams_per_rad.abs()).clamp(1.0, N_LOOK_MAX);
+        let beam = if self.is_full_turn && beam < look { beam + self.n_turn } else { beam };
         let (low, high) = ((beam - look).max(0.0), beam + look + 0.5);
         #[expect(
             clippy::cast_possible_truncation,
