@@ -23,6 +23,7 @@ mod contract;
 mod costs;
 mod crash;
 mod graphs;
+mod grid_landmarks;
 mod growing;
 mod imports;
 mod interrupted_jobs;

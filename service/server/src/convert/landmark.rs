@@ -72,7 +72,7 @@ fn to_wire(session: &RelaxedSession, landmark: &RelaxedLandmark) -> v1::Landmark
 }
 
 /// A covariance (xx, xy, yy) seen from the frame that `outer_from_inner` leads to: R C R^T.
-fn turned(outer_from_inner: Pose, [xx, xy, yy]: [f64; 3]) -> [f64; 3] {
+pub(crate) fn turned(outer_from_inner: Pose, [xx, xy, yy]: [f64; 3]) -> [f64; 3] {
     let (sin, cos) = outer_from_inner.theta_rad.sin_cos();
     [
         cos * cos * xx - 2.0 * sin * cos * xy + sin * sin * yy,

@@ -96,7 +96,7 @@ pub(crate) struct RelaxedSession {
     spread_after_m: f64,
     /// How far the pose was moved that was moved farthest, in metres.
     correction_max_m: f64,
-    /// Absent from a session relaxed by scans.
+    /// Absent of a session without odometry.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     calibration: Option<OdometryCalibration>,

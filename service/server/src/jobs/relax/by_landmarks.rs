@@ -9,10 +9,10 @@ use meetpoint_storage::SessionRecord;
 use super::super::running::Stopped;
 use super::super::workbench::{Next, Teller};
 use super::course::Course;
-use super::finding::finding;
+use super::finding::{anchored, finding};
 use super::grid_landmarks::{self, Told, with_grid_landmarks};
 use super::saved::{Kept, Method, Saved, UnderWay};
-use super::solver::{Milestone, Piece, relaxed};
+use super::solver::{Milestone, Piece, Reckoning, relaxed};
 use super::stations::{Stations, stations};
 use super::way::Way;
 use super::{Found, REPORT_EVERY, Relaxing, cannot_relax, share};
@@ -92,18 +92,19 @@ impl Relaxing<'_> {
         (under_way, begun): (Option<UnderWay>, f64),
         saved: &mut Saved,
     ) -> Result<Outcome, Stopped> {
-        let estimates_odometry = self.params.estimate_odometry.unwrap_or(true);
+        let method = saved.sessions[saved.n_done].method;
+        let reckoning = Reckoning::of(method, self.params.estimate_odometry);
         let (mut n_milestones, state) =
             under_way.map_or((0, None), |saved| (saved.n_milestones, Some(saved.state)));
         let travel = stations.travel.clone();
         let mut pieces = self.bench.pieces(move |teller| {
-            relaxed(&travel, estimates_odometry, state.as_deref(), |piece| teller.tell(piece))
+            relaxed(&travel, reckoning, state.as_deref(), |piece| teller.tell(piece))
         })?;
         let mut reported = Instant::now();
         loop {
             let Piece { share: of_rest, milestone } = match pieces.next().await? {
                 Next::Piece(piece) => piece,
-                Next::Done(Ok(Some(outcome))) => return Ok(outcome),
+                Next::Done(Ok(Some(outcome))) => return Ok(anchored(outcome)),
                 Next::Done(Ok(None)) => return Err(Stopped::Left),
                 Next::Done(Err(problem)) => return Err(cannot_relax(record, problem)),
             };

@@ -172,7 +172,13 @@ pub(super) fn found(
     let moved_m = moved.map(|(pose, live)| (pose.position() - live.position()).norm());
     let map_from_session = record.map_from_session.map_or(Pose::IDENTITY, pose::from_record);
     let relaxed_landmarks = landmarks.relaxed(job, record.id);
-    let LaserOutcome { poses: of_scans, closures, before, after, move_max_m: _ } = outcome;
+    let LaserOutcome { poses: of_scans, closures, before, after, calibration, move_max_m: _ } =
+        outcome;
+    let calibration = v1::OdometryCalibration {
+        scale: calibration.length_scale,
+        turn_per_m: calibration.turn_per_m,
+        turn_per_rad: calibration.turn_scale - 1.0,
+    };
     let closures: Vec<v1::Closure> = closures
         .iter()
         .map(|found| {
@@ -196,7 +202,7 @@ pub(super) fn found(
         spread_before_m: landmarks.spread_m(moments, &live),
         spread_after_m: landmarks.spread_m(moments, &poses),
         correction_max_m: moved_m.fold(0.0, f64::max),
-        calibration: None,
+        calibration: driven.course.has_odometry().then_some(calibration),
         alternatives: Vec::new(),
         method: v1::RelaxMethod::Scans.into(),
         scans: Some(v1::ScanRelaxation {

@@ -42,7 +42,8 @@ pub(crate) async fn table(
     let kept = saved.tables.into_iter().find(|kept| kept.session == id);
     let (Some(planned), Some(kept)) = (planned, kept) else { return Ok(None) };
     let session = service.session_record(&id.0.to_string()).await?;
-    let is_of_grid = planned.method == Method::GridLandmarks;
+    let method = planned.method;
+    let is_of_grid = method == Method::GridLandmarks;
     let limit = is_of_grid.then_some(service.settings.jobs.scans_bytes_max);
     let mut reader = WayReader::new(&session, limit)?;
     let mut from_number = 1;
@@ -70,7 +71,7 @@ pub(crate) async fn table(
         if travel.steps.len() <= step {
             return None;
         }
-        let params = solver::params(&travel, estimate_odometry.unwrap_or(true));
+        let params = solver::params(&travel, solver::Reckoning::of(method, estimate_odometry));
         let state = meetpoint_relaxation::Relaxation::from_bytes(&travel, params, &kept.state);
         let state = state.ok()?;
         let em = state.em()?;
