@@ -2,8 +2,8 @@
 
 use meetpoint_geometry::Pose;
 
-use crate::calibration::Calibration;
-use crate::closure::Closure;
+use crate::closures::closure::Closure;
+use crate::scans::calibration::Calibration;
 use crate::sharpness::Sharpness;
 
 /// What a relaxation is doing.

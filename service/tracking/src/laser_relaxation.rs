@@ -4,20 +4,20 @@
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 use meetpoint_occupancy::{Grid, ScanMarks};
 
-use crate::calibration::{Calibration, calibration};
-use crate::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scanned_step};
-use crate::closure::{Closure, ClosureKey, Verdict};
-use crate::closure_search::ClosureSearch;
-use crate::evidence::Evidence;
-use crate::key_scan::{KeyScan, key_scans};
+use crate::closures::closure::{Closure, ClosureKey, Verdict};
+use crate::closures::closure_search::ClosureSearch;
+use crate::closures::evidence::Evidence;
+use crate::graph::pose_graph::Edge;
 use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage};
-use crate::laser_travel::LaserTravel;
-use crate::neighbours::{pairs_across, pairs_along};
-use crate::placing::{Keys, placed, stands};
-use crate::pose_graph::Edge;
 use crate::relaxation_params::LaserRelaxationParams;
+use crate::scans::calibration::{Calibration, calibration};
+use crate::scans::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scanned_step};
+use crate::scans::key_scan::{KeyScan, key_scans};
+use crate::scans::laser_travel::LaserTravel;
+use crate::scans::neighbours::{pairs_across, pairs_along};
+use crate::scans::placing::{Keys, placed, stands};
+use crate::scans::sweep::Sweeps;
 use crate::sharpness::Sharpness;
-use crate::sweep::Sweeps;
 
 /// A relaxation of one travel, under way. The same calls give the same bits.
 #[derive(Debug)]

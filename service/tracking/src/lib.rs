@@ -1,59 +1,35 @@
-//! Live mapping: the pose of every scan, matched against the grid that the scans before it drew.
+//! Where a robot with a laser was: while it drives, and better once it has driven.
+//!
+//! [`LiveMap`] matches every scan against the grid that the scans before it drew. [`LaserRelaxation`]
+//! goes over a whole drive again: closures between submaps, a pose graph, and every key scan matched
+//! with all that were taken near it.
 
-mod calibration;
-mod chain;
-mod closure;
-mod closure_search;
-mod descent;
-mod evidence;
-mod field;
-mod key_scan;
+mod closures;
+mod graph;
 mod laser_outcome;
 mod laser_relaxation;
-mod laser_travel;
-mod live_map;
-mod matcher;
-mod neighbours;
-mod normal_equations;
-mod observation;
-mod odometry;
-mod overlay;
+mod live;
+mod matching;
 mod params;
-mod peaks;
-mod placing;
-mod points;
-mod pose_graph;
-mod pyramid;
 mod relaxation_params;
-mod scan_pair;
-mod search;
+mod scans;
 mod sharpness;
-mod state;
-mod submap;
-mod submap_charts;
-mod submap_graph;
-mod submap_match;
-mod surface;
-mod sweep;
-mod tracker;
-mod uncertainty;
-mod wide_search;
 
-pub use calibration::Calibration;
-pub use chain::OdometryParams;
-pub use closure::{Closure, ClosureKey, Refusal, Verdict};
-pub use key_scan::KeyScanParams;
+pub use closures::closure::{Closure, ClosureKey, Refusal, Verdict};
+pub use closures::submap::SubmapParams;
+pub use graph::pose_graph::PoseGraphParams;
 pub use laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage};
 pub use laser_relaxation::LaserRelaxation;
-pub use laser_travel::{DrivenScan, LaserTravel, TravelLaser};
-pub use live_map::LiveMap;
-pub use neighbours::NeighbourParams;
-pub use observation::{
+pub use live::live_map::LiveMap;
+pub use live::observation::{
     Estimate, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
 };
+pub use live::state::InvalidState;
 pub use params::{FieldParams, MappingParams, MatchParams, TrustParams};
-pub use pose_graph::PoseGraphParams;
 pub use relaxation_params::{ClosureParams, LaserRelaxationParams};
+pub use scans::calibration::Calibration;
+pub use scans::chain::OdometryParams;
+pub use scans::key_scan::KeyScanParams;
+pub use scans::laser_travel::{DrivenScan, LaserTravel, TravelLaser};
+pub use scans::neighbours::NeighbourParams;
 pub use sharpness::Sharpness;
-pub use state::InvalidState;
-pub use submap::SubmapParams;

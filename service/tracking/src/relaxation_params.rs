@@ -2,14 +2,14 @@
 
 use std::f64::consts::PI;
 
-use crate::chain::OdometryParams;
-use crate::key_scan::KeyScanParams;
-use crate::neighbours::NeighbourParams;
+use crate::closures::submap::SubmapParams;
+use crate::graph::pose_graph::PoseGraphParams;
+use crate::matching::peaks::PeakParams;
 use crate::params::MappingParams;
-use crate::peaks::PeakParams;
-use crate::pose_graph::PoseGraphParams;
-use crate::scan_pair::PairParams;
-use crate::submap::SubmapParams;
+use crate::scans::chain::OdometryParams;
+use crate::scans::key_scan::KeyScanParams;
+use crate::scans::neighbours::NeighbourParams;
+use crate::scans::scan_pair::PairParams;
 
 /// Tunables of [`LaserRelaxation`](crate::LaserRelaxation).
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use meetpoint_geometry::Pose;
 
-use crate::key_scan::KeyScan;
-use crate::sweep::Pair;
+use crate::scans::key_scan::KeyScan;
+use crate::scans::sweep::Pair;
 
 /// Tunables of [`pairs_across`].
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,8 +7,8 @@
 use meetpoint_geometry::Pose;
 use nalgebra::Matrix3;
 
-use crate::key_scan::KeyScan;
-use crate::scan_pair::{PairForm, PairParams, moved, pair_form};
+use crate::scans::key_scan::KeyScan;
+use crate::scans::scan_pair::{PairForm, PairParams, moved, pair_form};
 
 /// A key scan and its pose seen from its submap's anchor.
 pub(crate) type Placed<'a> = (&'a KeyScan, Pose);

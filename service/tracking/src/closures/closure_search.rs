@@ -11,14 +11,14 @@ use std::collections::{BTreeMap, BTreeSet, VecDeque};
 use meetpoint_geometry::Pose;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::closure::{Closure, ClosureKey, Refusal, Verdict};
-use crate::evidence::Evidence;
-use crate::overlay::{Found, Guess, overlaid};
-use crate::pose_graph::Edge;
+use crate::closures::closure::{Closure, ClosureKey, Refusal, Verdict};
+use crate::closures::evidence::Evidence;
+use crate::closures::overlay::{Found, Guess, overlaid};
+use crate::closures::submap_charts::SubmapCharts;
+use crate::closures::submap_graph::{SubmapGraph, SubmapPair};
+use crate::graph::pose_graph::Edge;
+use crate::graph::uncertainty::{composed, inverted};
 use crate::relaxation_params::ClosureParams;
-use crate::submap_charts::SubmapCharts;
-use crate::submap_graph::{SubmapGraph, SubmapPair};
-use crate::uncertainty::{composed, inverted};
 
 /// A search under way.
 #[derive(Debug)]

@@ -6,16 +6,16 @@ use std::sync::Arc;
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 use meetpoint_occupancy::{Grid, LaserGeometry, ScanMarks, Tile, TileIndex};
 
-use crate::field::Field;
-use crate::matcher::Chart;
-use crate::observation::{
+use crate::live::matcher::Chart;
+use crate::live::observation::{
     Estimate, Observation, ObservationKind, SensorKind, SessionConfig, SessionKey,
 };
-use crate::odometry::Velocity;
+use crate::live::odometry::Velocity;
+use crate::live::state::{InvalidState, StateReader, StateWriter};
+use crate::live::tracker::Tracker;
+use crate::matching::field::Field;
+use crate::matching::points::scan_points;
 use crate::params::MappingParams;
-use crate::points::scan_points;
-use crate::state::{InvalidState, StateReader, StateWriter};
-use crate::tracker::Tracker;
 
 /// First byte of a stored state: the format that follows.
 const FORMAT: u8 = 1;

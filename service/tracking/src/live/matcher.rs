@@ -3,12 +3,12 @@
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_occupancy::Grid;
 
-use crate::descent::descend;
-use crate::field::Field;
+use crate::matching::descent::descend;
+use crate::matching::field::Field;
+use crate::matching::points::{ScanPoint, thinned};
+use crate::matching::search::{Prior, Window, best_in_window};
+use crate::matching::wide_search::best_in_wide_window;
 use crate::params::{MappingParams, MatchParams};
-use crate::points::{ScanPoint, thinned};
-use crate::search::{Prior, Window, best_in_window};
-use crate::wide_search::best_in_wide_window;
 
 /// The map that scans are matched against.
 #[derive(Clone, Copy)]

@@ -14,7 +14,7 @@
 use meetpoint_geometry::{Point2, Pose, Vector2};
 use nalgebra::{ArrayStorage, Matrix3, Vector3};
 
-use crate::surface::Surface;
+use crate::scans::surface::Surface;
 
 /// Tunables of matching two scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -143,7 +143,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::laser_travel::TravelLaser;
+    use crate::scans::laser_travel::TravelLaser;
 
     const LASER: TravelLaser = TravelLaser {
         robot_from_sensor: Pose::IDENTITY,

@@ -2,8 +2,8 @@
 
 use meetpoint_geometry::Pose;
 
-use crate::laser_travel::{DrivenScan, LaserTravel};
-use crate::surface::Surface;
+use crate::scans::laser_travel::{DrivenScan, LaserTravel};
+use crate::scans::surface::Surface;
 
 /// When a scan becomes a key scan.
 #[derive(Clone, Copy, Debug, PartialEq)]

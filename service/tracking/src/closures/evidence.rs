@@ -2,11 +2,11 @@
 
 use meetpoint_geometry::{GridFrame, Pose};
 
-use crate::chain::Chain;
-use crate::key_scan::KeyScan;
-use crate::laser_travel::LaserTravel;
+use crate::closures::submap_match::Placed;
 use crate::relaxation_params::LaserRelaxationParams;
-use crate::submap_match::Placed;
+use crate::scans::chain::Chain;
+use crate::scans::key_scan::KeyScan;
+use crate::scans::laser_travel::LaserTravel;
 
 /// A travel, its key scans, and the chain that they make.
 #[derive(Clone, Copy, Debug)]

@@ -12,7 +12,7 @@
 use meetpoint_geometry::Cell;
 use meetpoint_occupancy::{TILE_CELLS, TileIndex};
 
-use crate::field::{Field, FieldTile, STRIDE};
+use crate::matching::field::{Field, FieldTile, STRIDE};
 
 /// Scales, from the coarsest, as powers of two; the last is the field itself.
 pub(crate) const LEVELS: [u32; 4] = [5, 3, 1, 0];

@@ -10,7 +10,7 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 use meetpoint_geometry::{Point2, Vector2};
 use meetpoint_occupancy::Reading;
 
-use crate::laser_travel::TravelLaser;
+use crate::scans::laser_travel::TravelLaser;
 
 /// A hit on a wall, in the robot's frame. In single precision, a tenth of a millimetre at a kilometre,
 /// since many are read.

@@ -6,11 +6,11 @@
 use meetpoint_geometry::{Pose, angle_between};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::calibration::Calibration;
-use crate::key_scan::{KeyScan, step};
-use crate::laser_travel::{DrivenScan, LaserTravel};
-use crate::scan_pair::{PairParams, moved, pair_form};
-use crate::surface::Surface;
+use crate::scans::calibration::Calibration;
+use crate::scans::key_scan::{KeyScan, step};
+use crate::scans::laser_travel::{DrivenScan, LaserTravel};
+use crate::scans::scan_pair::{PairParams, moved, pair_form};
+use crate::scans::surface::Surface;
 
 /// Key scans and where they are.
 #[derive(Clone, Copy, Debug)]
@@ -56,7 +56,8 @@ pub(crate) fn placed(
     let apart = from_before.step_to(from_after);
     let std_m = STEP_STD_M + 0.5 * apart.distance_m();
     let std_rad = STEP_STD_RAD + 0.5 * apart.theta_rad.abs();
-    let Some(surface) = crate::key_scan::surface(travel, &travel.scans[scan], range_max_m) else {
+    let Some(surface) = crate::scans::key_scan::surface(travel, &travel.scans[scan], range_max_m)
+    else {
         return start;
     };
     let mut near = vec![before, after, before.saturating_sub(1), (after + 1).min(keys.len() - 1)];

@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use crate::evidence::Evidence;
-use crate::submap::{Submap, SubmapChart};
+use crate::closures::evidence::Evidence;
+use crate::closures::submap::{Submap, SubmapChart};
 
 /// Charts that are kept: some megabytes each.
 const N_CHARTS_MAX: usize = 12;

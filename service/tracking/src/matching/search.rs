@@ -10,7 +10,9 @@ use std::f64::consts::PI;
 
 use meetpoint_geometry::{Cell, Point2, Pose, angle_between};
 
-use crate::field::{BLOCK_CELLS, FULL, Field, STRIDE, floor_cell, stored_place, tile_place};
+use crate::matching::field::{
+    BLOCK_CELLS, FULL, Field, STRIDE, floor_cell, stored_place, tile_place,
+};
 
 /// Points that a search may have: more could overflow the sums.
 pub(crate) const N_POINTS_MAX: usize = 256;

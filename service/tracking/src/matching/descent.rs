@@ -13,9 +13,9 @@
 
 use meetpoint_geometry::{Point2, Pose, angle_between};
 
-use crate::field::Field;
-use crate::points::ScanPoint;
-use crate::search::Prior;
+use crate::matching::field::Field;
+use crate::matching::points::ScanPoint;
+use crate::matching::search::Prior;
 
 /// Steps shorter than this in metres and radians change nothing that matters.
 const STEP_MIN: f64 = 1e-4;

@@ -6,11 +6,11 @@ use std::ops::Range;
 use meetpoint_geometry::{GridFrame, Point2, Pose};
 use meetpoint_occupancy::{BeamModel, Grid, ScanMarks};
 
-use crate::field::Field;
-use crate::key_scan::KeyScan;
-use crate::laser_travel::LaserTravel;
+use crate::matching::field::Field;
+use crate::matching::pyramid::Pyramid;
 use crate::params::FieldParams;
-use crate::pyramid::Pyramid;
+use crate::scans::key_scan::KeyScan;
+use crate::scans::laser_travel::LaserTravel;
 
 /// How long submaps are.
 #[derive(Clone, Copy, Debug, PartialEq)]

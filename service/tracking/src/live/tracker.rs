@@ -4,12 +4,12 @@ use std::f64::consts::PI;
 
 use meetpoint_geometry::{Pose, angle_between};
 
-use crate::matcher::{Chart, Match, Matcher};
-use crate::observation::{SensorKind, SessionConfig};
-use crate::odometry::{Odometry, seconds_between};
+use crate::live::matcher::{Chart, Match, Matcher};
+use crate::live::observation::{SensorKind, SessionConfig};
+use crate::live::odometry::{Odometry, seconds_between};
+use crate::matching::points::ScanPoint;
+use crate::matching::search::Window;
 use crate::params::{MappingParams, MatchParams, TrustParams};
-use crate::points::ScanPoint;
-use crate::search::Window;
 
 /// What is remembered of a session.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use faer::sparse::{SparseColMatRef, SymbolicSparseColMat};
 use faer::{ColMut, Side};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::pose_graph::Edge;
+use crate::graph::pose_graph::Edge;
 
 /// Where an edge's blocks stand.
 #[derive(Clone, Copy, Debug)]

@@ -14,15 +14,15 @@
 use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::closure::{Refusal, Verdict};
-use crate::evidence::Evidence;
-use crate::peaks::peaks_in_window;
-use crate::pose_graph::Edge;
+use crate::closures::closure::{Refusal, Verdict};
+use crate::closures::evidence::Evidence;
+use crate::closures::submap::{Submap, SubmapChart, spread_points};
+use crate::closures::submap_charts::{SubmapCharts, around};
+use crate::closures::submap_match::{Placed, SubmapFit, fit};
+use crate::graph::pose_graph::Edge;
+use crate::matching::peaks::peaks_in_window;
+use crate::matching::search::Window;
 use crate::relaxation_params::ClosureParams;
-use crate::search::Window;
-use crate::submap::{Submap, SubmapChart, spread_points};
-use crate::submap_charts::{SubmapCharts, around};
-use crate::submap_match::{Placed, SubmapFit, fit};
 
 /// Where a submap may lie seen from another.
 #[derive(Clone, Copy, Debug)]

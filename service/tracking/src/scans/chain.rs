@@ -3,11 +3,11 @@
 use meetpoint_geometry::{Pose, angle_between};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::calibration::Calibration;
-use crate::key_scan::{KeyScan, step};
-use crate::laser_travel::LaserTravel;
-use crate::pose_graph::Edge;
-use crate::scan_pair::{PairForm, PairParams, fitted, moved};
+use crate::graph::pose_graph::Edge;
+use crate::scans::calibration::Calibration;
+use crate::scans::key_scan::{KeyScan, step};
+use crate::scans::laser_travel::LaserTravel;
+use crate::scans::scan_pair::{PairForm, PairParams, fitted, moved};
 
 /// How odometry errs from one key scan to the next. Deviations, of a step of `d` metres and `a` radians.
 #[derive(Clone, Copy, Debug, PartialEq)]

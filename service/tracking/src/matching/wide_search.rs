@@ -13,8 +13,10 @@ use std::collections::HashMap;
 use meetpoint_geometry::{Cell, Point2};
 use meetpoint_occupancy::TileIndex;
 
-use crate::field::{BLOCK_CELLS, FULL, Field, FieldTile, STRIDE, TileHashing, tile_place};
-use crate::search::{
+use crate::matching::field::{
+    BLOCK_CELLS, FULL, Field, FieldTile, STRIDE, TileHashing, tile_place,
+};
+use crate::matching::search::{
     Candidate, N_POINTS_MAX, Prior, Window, block_lows, headings, place_points, search_block,
 };
 
@@ -64,7 +66,7 @@ struct Branch {
 }
 
 /// The best pose of the window's lattice, as
-/// [`best_in_window`](crate::search::best_in_window) would find it, up to which of equals; the
+/// [`best_in_window`](crate::matching::search::best_in_window) would find it, up to which of equals; the
 /// window's middle if none scores more than `score_min`.
 pub(crate) fn best_in_wide_window(
     field: &Field,
@@ -121,8 +123,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::matching::search::best_in_window;
     use crate::params::FieldParams;
-    use crate::search::best_in_window;
 
     const LASER: LaserGeometry = LaserGeometry {
         angle_min_rad: -PI,

@@ -9,9 +9,9 @@ use std::cmp::Reverse;
 
 use meetpoint_geometry::{Cell, Point2, Pose};
 
-use crate::field::{FULL, Field};
-use crate::pyramid::{LEVELS, Pyramid};
-use crate::search::{Candidate, Window, headings, place_points};
+use crate::matching::field::{FULL, Field};
+use crate::matching::pyramid::{LEVELS, Pyramid};
+use crate::matching::search::{Candidate, Window, headings, place_points};
 
 /// What counts as a place of its own, and which are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -161,8 +161,8 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::matching::search::{Prior, best_in_window};
     use crate::params::FieldParams;
-    use crate::search::{Prior, best_in_window};
 
     const LASER: LaserGeometry = LaserGeometry {
         angle_min_rad: -PI,

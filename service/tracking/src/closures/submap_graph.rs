@@ -5,12 +5,12 @@ use std::collections::BTreeSet;
 use meetpoint_geometry::Pose;
 use nalgebra::Matrix3;
 
-use crate::chain::Chain;
-use crate::evidence::Evidence;
-use crate::normal_equations::NormalEquations;
-use crate::pose_graph::{Edge, PoseGraphParams, optimise};
-use crate::submap::{Submap, submaps};
-use crate::uncertainty::{Link, composed, covariances_from, inverted};
+use crate::closures::evidence::Evidence;
+use crate::closures::submap::{Submap, submaps};
+use crate::graph::normal_equations::NormalEquations;
+use crate::graph::pose_graph::{Edge, PoseGraphParams, optimise};
+use crate::graph::uncertainty::{Link, composed, covariances_from, inverted};
+use crate::scans::chain::Chain;
 
 /// Two submaps, the earlier first.
 pub(crate) type SubmapPair = (usize, usize);

@@ -10,10 +10,10 @@
 use meetpoint_geometry::Pose;
 use nalgebra::Matrix3;
 
-use crate::key_scan::KeyScan;
-use crate::normal_equations::NormalEquations;
-use crate::pose_graph::{Edge, Optimised, PoseGraphParams, cost, optimise};
-use crate::scan_pair::{PairParams, moved, pair_form};
+use crate::graph::normal_equations::NormalEquations;
+use crate::graph::pose_graph::{Edge, Optimised, PoseGraphParams, cost, optimise};
+use crate::scans::key_scan::KeyScan;
+use crate::scans::scan_pair::{PairParams, moved, pair_form};
 
 /// Two key scans that may have seen the same walls.
 pub(crate) type Pair = (usize, usize);

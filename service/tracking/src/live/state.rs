@@ -3,9 +3,9 @@
 use meetpoint_geometry::Pose;
 use meetpoint_occupancy::LaserGeometry;
 
-use crate::observation::{Sensor, SensorKind, SessionConfig, SessionKey};
-use crate::odometry::{Odometry, Velocity};
-use crate::tracker::{TrackState, Tracker};
+use crate::live::observation::{Sensor, SensorKind, SessionConfig, SessionKey};
+use crate::live::odometry::{Odometry, Velocity};
+use crate::live::tracker::{TrackState, Tracker};
 
 /// Bytes that are no state of a live map.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]

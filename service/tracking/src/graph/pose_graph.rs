@@ -15,7 +15,7 @@
 use meetpoint_geometry::{Pose, wrap_angle};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::normal_equations::NormalEquations;
+use crate::graph::normal_equations::NormalEquations;
 
 /// A constraint between two poses.
 #[derive(Clone, Copy, Debug, PartialEq)]

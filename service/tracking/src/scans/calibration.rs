@@ -12,7 +12,7 @@
 use meetpoint_geometry::{Pose, angle_between};
 use nalgebra::{Matrix2, Matrix3, Vector2};
 
-use crate::chain::ScannedStep;
+use crate::scans::chain::ScannedStep;
 
 /// What odometry is to be corrected by.
 #[derive(Clone, Copy, Debug, PartialEq)]

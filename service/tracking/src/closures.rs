@@ -1,0 +1,10 @@
+//! Closures: places that the robot came back to, found between submaps and judged.
+
+pub(crate) mod closure;
+pub(crate) mod closure_search;
+pub(crate) mod evidence;
+pub(crate) mod overlay;
+pub(crate) mod submap;
+pub(crate) mod submap_charts;
+pub(crate) mod submap_graph;
+pub(crate) mod submap_match;

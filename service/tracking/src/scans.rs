@@ -1,0 +1,11 @@
+//! Scans matched with one another, along the way and across its passes.
+
+pub(crate) mod calibration;
+pub(crate) mod chain;
+pub(crate) mod key_scan;
+pub(crate) mod laser_travel;
+pub(crate) mod neighbours;
+pub(crate) mod placing;
+pub(crate) mod scan_pair;
+pub(crate) mod surface;
+pub(crate) mod sweep;
