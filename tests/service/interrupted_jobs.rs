@@ -21,7 +21,11 @@ const SHARE_OF_A_SLOW_JOB: f64 = 0.01;
 const SHARE_OF_A_SLOWED_JOB: f64 = 0.05;
 
 /// Asks for the map, which a slow job makes room for, until the job says so.
-async fn seen_busily<D: Door>(door: &D, job: &str, is_seen: impl Fn(&v1::Job) -> bool) -> v1::Job {
+pub(crate) async fn seen_busily<D: Door>(
+    door: &D,
+    job: &str,
+    is_seen: impl Fn(&v1::Job) -> bool,
+) -> v1::Job {
     eventually("what the job is to come to", || async {
         let now = door.job(job).await.expect("it was made");
         door.map(&now.map).await.expect("it was made");
@@ -87,7 +91,7 @@ async fn left(data: &Path, session: &str) -> (Vec<PoseRecord>, usize, Vec<v1::La
     (kept.poses, kept.tiles.len(), landmarks)
 }
 
-fn copied(from: &Path, to: &Path) {
+pub(crate) fn copied(from: &Path, to: &Path) {
     for entry in std::fs::read_dir(from).expect("a folder") {
         let entry = entry.expect("an entry");
         std::fs::copy(entry.path(), to.join(entry.file_name())).expect("a file");

@@ -1,16 +1,25 @@
 //! Relaxation by scans as a job: a drive around a block with odometry that drifts is put right by the
 //! places that it comes back to; what was taken for the same place can be looked at and switched off.
 
+use std::path::Path;
+
 use meetpoint_client::v1;
+use meetpoint_storage::{MapId, PoseRecord};
 
 use crate::door::{Door, finished, job_done, refused};
 use crate::drive::{SimulatedDrive, driven};
+use crate::interrupted_jobs::{copied, seen_busily};
+use crate::kept::{kept, store};
 use crate::relaxing::{relax, trajectory};
 use crate::running::{Launch, empty_folder, meetpoint};
 
 /// Mean distance from the truth that a relaxed drive may have, in metres: its odometry is metres off.
 const ERROR_MAX_M: f64 = 0.1;
 const MAP: &str = "ring";
+/// Shares of the work at which the service is killed.
+const KILLED_AT: [f64; 5] = [0.0, 0.35, 0.5, 0.7, 0.8];
+/// A job that rests twenty times as long as it works, while anybody asks for anything.
+const SHARE_OF_A_SLOWED_JOB: f64 = 0.05;
 
 /// Makes the map by the drive. The session is closed, and all of it mapped.
 pub(crate) async fn mapped<D: Door>(door: &D, drive: &SimulatedDrive) -> v1::Session {
@@ -144,6 +153,55 @@ async fn over_rest() {
     let data = empty_folder();
     let service = Launch::at(data.path()).start();
     a_ring_is_closed(&service.rest()).await;
+}
+
+/// What a job leaves: poses, number of tiles, and the ledger without the job's id.
+async fn left(data: &Path, session: &str) -> (Vec<PoseRecord>, usize, Vec<v1::Closure>) {
+    let kept = kept(data, MAP, session).await;
+    let service = Launch::at(data).start();
+    let mut closures = ledger(&service.grpc(), session).await;
+    for closure in &mut closures {
+        closure.job = String::new();
+    }
+    service.stop();
+    (kept.poses, kept.tiles.len(), closures)
+}
+
+/// Wherever a job is killed, it ends the same, bit for bit; and it decides once.
+#[tokio::test(flavor = "multi_thread")]
+async fn killed_at_any_moment() {
+    let (data, other) = (empty_folder(), empty_folder());
+    let service = Launch::at(data.path()).start();
+    let session = mapped(&service.grpc(), &SimulatedDrive::around_the_block(3)).await;
+    service.stop();
+    copied(data.path(), other.path());
+    let service = Launch::at(other.path()).start();
+    relaxed(&service.grpc()).await;
+    service.stop();
+    let expected = left(other.path(), &session.id).await;
+
+    let slowly = || Launch::at(data.path()).setting("jobs.cpu_share", SHARE_OF_A_SLOWED_JOB);
+    let mut service = slowly().start();
+    let job = service.grpc().start_job(relax(MAP)).await.expect("a job").id;
+    let mut n_under_way = 0;
+    for share in KILLED_AT {
+        let now = seen_busily(&service.grpc(), &job, |now| now.done || share <= now.progress).await;
+        n_under_way += usize::from(!now.done);
+        service.kill();
+        service = slowly().start();
+    }
+    let ended = job_done(&service.grpc(), &job).await;
+    assert_eq!(ended.state, i32::from(v1::JobState::Succeeded), "{ended:?}");
+    assert!(0 < n_under_way, "at least one kill while it ran");
+    service.stop();
+    let found = left(data.path(), &session.id).await;
+    assert!(found.0 == expected.0 && found.1 == expected.1, "the same bits");
+    assert_eq!(found.2, expected.2, "the same closures");
+    let store = store(data.path()).await;
+    let map = MapId(MAP.to_owned());
+    let end = store.journal_end(&map).await.expect("reading works");
+    let decisions = store.relaxations(&map, end).await.expect("reading works");
+    assert_eq!(decisions.len(), 1, "decided once");
 }
 
 /// A second session on the map is tracked in what the first has drawn, and follows it.

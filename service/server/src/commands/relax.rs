@@ -21,6 +21,7 @@ const N_COLUMNS: usize = 60;
 
 /// Options of `meetpoint relax`.
 #[derive(Debug, clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a flag of the command line")]
 pub struct RelaxArgs {
     /// The map
     #[arg(long, value_name = "MAP")]

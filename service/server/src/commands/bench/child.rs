@@ -36,10 +36,36 @@ impl ChildService {
         Ok(Self { url: url.to_owned(), process, data })
     }
 
+    /// Seconds of processor time that it took so far, where the system tells.
+    pub(super) fn cpu_s(&self) -> Option<f64> {
+        let [own, _] = cpu_s(&self.process.id().to_string())?;
+        Some(own)
+    }
+
     /// Most memory that it held so far, in megabytes, where the system tells.
     pub(super) fn peak_memory_mb(&self) -> Option<f64> {
         peak_memory_mb(self.process.id())
     }
+}
+
+/// Ticks of the kernel's clock of processor time in a second: 100 on every Linux there is today.
+const TICKS_PER_S: f64 = 100.0;
+
+/// Seconds of processor time that children of this process took which have ended, where the system
+/// tells.
+pub(super) fn cpu_s_of_children() -> Option<f64> {
+    let [_, of_children] = cpu_s("self")?;
+    Some(of_children)
+}
+
+/// Seconds of processor time of a process, and of its children that have ended.
+fn cpu_s(process: &str) -> Option<[f64; 2]> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name, which may hold anything, stands in brackets; proc(5) counts fields from 1.
+    let fields: Vec<&str> = status.rsplit_once(')')?.1.split_whitespace().collect();
+    let ticks = |number: usize| fields.get(number - 3)?.parse::<f64>().ok();
+    let (own, of_children) = (ticks(14)? + ticks(15)?, ticks(16)? + ticks(17)?);
+    Some([own / TICKS_PER_S, of_children / TICKS_PER_S])
 }
 
 /// Most memory that a process held so far, in megabytes, where the system tells.

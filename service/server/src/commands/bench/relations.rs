@@ -60,22 +60,33 @@ fn nanoseconds(seconds: f64) -> i64 {
     (seconds * 1e9).round() as i64
 }
 
-/// Compares poses by stamp with relations. `None` if no relation has both poses.
-pub(super) fn errors(poses: &BTreeMap<i64, Pose>, relations: &[Relation]) -> Option<Errors> {
+impl Relation {
+    /// Time between its ends, in nanoseconds.
+    pub(super) fn gap_ns(&self) -> i64 {
+        self.to_ns.saturating_sub(self.from_ns).saturating_abs()
+    }
+}
+
+/// What is left of each relation that has both poses: metres and radians.
+pub(super) fn residuals(poses: &BTreeMap<i64, Pose>, relations: &[&Relation]) -> Vec<(f64, f64)> {
     let off = relations.iter().filter_map(|relation| {
         let from = at(poses, relation.from_ns)?;
         let to = at(poses, relation.to_ns)?;
         let off = relation.step.inverse() * from.step_to(to);
         Some((off.distance_m(), off.theta_rad.abs()))
     });
-    let off: Vec<(f64, f64)> = off.collect();
+    off.collect()
+}
+
+/// The errors that these residuals of so many relations come to. `None` if there are none.
+pub(super) fn errors(off: &[(f64, f64)], n_relations: usize) -> Option<Errors> {
     let n = off.len();
     if n == 0 {
         return None;
     }
     Some(Errors {
         n,
-        n_missing: relations.len() - n,
+        n_missing: n_relations - n,
         translation_m: off.iter().map(|(metres, _)| metres).sum::<f64>() / n as f64,
         rotation_rad: off.iter().map(|(_, radians)| radians).sum::<f64>() / n as f64,
     })
@@ -91,6 +102,11 @@ fn at(poses: &BTreeMap<i64, Pose>, stamp_ns: i64) -> Option<Pose> {
 mod tests {
     use super::*;
 
+    fn of_all(poses: &BTreeMap<i64, Pose>, relations: &[Relation]) -> Option<Errors> {
+        let all: Vec<&Relation> = relations.iter().collect();
+        errors(&residuals(poses, &all), all.len())
+    }
+
     #[test]
     fn a_true_trajectory_has_no_error() {
         let relations = read("# t1 t2 x y z roll pitch yaw\n1.0 2.0 1 0 0 0 0 1.5\n").expect("one");
@@ -99,8 +115,9 @@ mod tests {
             (1_000_000_000, start),
             (2_000_000_040, start * Pose::new(1.0, 0.0, 1.5)),
         ]);
-        let errors = errors(&poses, &relations).expect("both poses are there");
+        let errors = of_all(&poses, &relations).expect("both poses are there");
         assert_eq!((errors.n, errors.n_missing), (1, 0), "40 ns off is the same time");
+        assert_eq!(relations[0].gap_ns(), 1_000_000_000, "a second");
         assert!(errors.translation_m < 1e-12 && errors.rotation_rad < 1e-12, "no error");
     }
 
@@ -111,7 +128,7 @@ mod tests {
             (1_000_000_000, Pose::IDENTITY),
             (2_000_000_000, Pose::new(1.5, 0.0, 0.0)),
         ]);
-        let errors = errors(&poses, &relations).expect("one is there");
+        let errors = of_all(&poses, &relations).expect("one is there");
         assert_eq!((errors.n, errors.n_missing), (1, 1), "no pose at 3 s");
         assert!((errors.translation_m - 0.5).abs() < 1e-12, "half a metre too far");
         let wrong = read("1 2 1 0\n").err().map(|error| error.to_string());
