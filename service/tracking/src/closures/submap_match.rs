@@ -73,8 +73,8 @@ fn form_of_scan(
     let stride = key.surface.facets().len().div_ceil(N_FACETS_MAX).max(1);
     for &(_, index) in order.iter().take(N_NEAREST) {
         let (other, other_pose) = here[index];
-        let form =
-            pair_form(&other.surface, &key.surface, other_pose.step_to(place), params, stride);
+        let seen = other_pose.step_to(place);
+        let form = pair_form(&other.surface, key.surface.facets(), seen, params, stride);
         let by = by_relation(other_pose, from_to, pose);
         sum.hessian += by.transpose() * form.hessian * by;
         sum.gradient += by.transpose() * form.gradient;

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 use meetpoint_geometry::{Cell, Point2};
-use meetpoint_occupancy::{Grid, HitMean, TILE_CELLS, TileIndex};
+use meetpoint_occupancy::{Grid, HitMean, TILE_CELLS, Tile, TileIndex};
 
 use crate::params::FieldParams;
 
@@ -93,15 +93,27 @@ impl Field {
             places: HashMap::default(),
             tiles: Vec::new(),
         };
-        for (index, _) in grid.tiles() {
-            let first = Cell { x: index.x * TILE_CELLS, y: index.y * TILE_CELLS };
-            for y in first.y..first.y + TILE_CELLS {
-                for x in first.x..first.x + TILE_CELLS {
-                    field.update_cell(grid, Cell { x, y });
-                }
-            }
+        for (index, tile) in grid.tiles() {
+            field.draw_tile(index, tile);
         }
         field
+    }
+
+    /// Draws the walls of a tile of which nothing is drawn yet.
+    fn draw_tile(&mut self, index: TileIndex, tile: &Tile) {
+        let first = Cell { x: index.x * TILE_CELLS, y: index.y * TILE_CELLS };
+        let mut place = 0;
+        for y in first.y..first.y + TILE_CELLS {
+            for x in first.x..first.x + TILE_CELLS {
+                let (cell, wall) = (Cell { x, y }, self.wall_in(tile, place));
+                if wall != 0 {
+                    let stored = self.place_or_new(index);
+                    self.tiles[stored].walls[place] = wall;
+                    self.stamp(cell, wall, Rect::around(cell, self.radius));
+                }
+                place += 1;
+            }
+        }
     }
 
     /// Brings the field up to date with the grid in some cells.
@@ -130,11 +142,18 @@ impl Field {
 
     /// What the grid says of a cell.
     fn wall_of(&self, grid: &Grid, cell: Cell) -> Wall {
-        let occupied =
-            grid.log_odds(cell).is_some_and(|log_odds| self.occupied_log_odds_min <= log_odds);
-        match grid.hit_mean(cell) {
-            Some(mean) if occupied => wall_at(mean),
-            _ => 0,
+        let (index, place) = tile_place(cell);
+        grid.tile(index).map_or(0, |tile| self.wall_in(tile, place))
+    }
+
+    /// What a tile says of the cell at one of its places.
+    #[inline]
+    fn wall_in(&self, tile: &Tile, place: usize) -> Wall {
+        // What was never observed is not a number, and no wall.
+        if self.occupied_log_odds_min <= tile.log_odds()[place] {
+            tile.hit_mean(place).map_or(0, wall_at)
+        } else {
+            0
         }
     }
 

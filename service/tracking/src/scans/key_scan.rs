@@ -28,11 +28,7 @@ pub(crate) struct KeyScan {
 }
 
 /// What a scan saw; nothing if its laser is not listed.
-pub(crate) fn surface(
-    travel: &LaserTravel,
-    scan: &DrivenScan,
-    range_max_m: f64,
-) -> Option<Surface> {
+fn surface(travel: &LaserTravel, scan: &DrivenScan, range_max_m: f64) -> Option<Surface> {
     let laser = travel.lasers.get(scan.laser)?;
     Some(Surface::new(laser, &scan.ranges_m, range_max_m))
 }

@@ -10,7 +10,7 @@ use crate::scans::calibration::Calibration;
 use crate::scans::key_scan::{KeyScan, step};
 use crate::scans::laser_travel::{DrivenScan, LaserTravel};
 use crate::scans::scan_pair::{PairParams, moved, pair_form};
-use crate::scans::surface::Surface;
+use crate::scans::surface::{Facet, Surface, some_facets};
 
 /// Key scans and where they are.
 #[derive(Clone, Copy, Debug)]
@@ -56,10 +56,9 @@ pub(crate) fn placed(
     let apart = from_before.step_to(from_after);
     let std_m = STEP_STD_M + 0.5 * apart.distance_m();
     let std_rad = STEP_STD_RAD + 0.5 * apart.theta_rad.abs();
-    let Some(surface) = crate::scans::key_scan::surface(travel, &travel.scans[scan], range_max_m)
-    else {
-        return start;
-    };
+    let Some(laser) = travel.lasers.get(travel.scans[scan].laser) else { return start };
+    let ranges_m = &travel.scans[scan].ranges_m;
+    let facets = some_facets(laser, ranges_m, (range_max_m, N_FACETS_MAX));
     let mut near = vec![before, after, before.saturating_sub(1), (after + 1).min(keys.len() - 1)];
     let nearest = if share < 0.5 { before } else { after };
     near.extend(across[nearest].iter().take(N_ACROSS_MAX));
@@ -68,7 +67,7 @@ pub(crate) fn placed(
     let information = Vector3::new(std_m.powi(-2), std_m.powi(-2), std_rad.powi(-2));
     let near: Vec<(&Surface, Pose)> =
         near.into_iter().map(|key| (&keys[key].surface, poses[key])).collect();
-    refined(&surface, start, &Matrix3::from_diagonal(&information), &near, params)
+    refined(&facets, start, &Matrix3::from_diagonal(&information), &near, params)
 }
 
 /// True if live mapping and odometry, if there is any, have the robot stand between two scans.
@@ -111,20 +110,19 @@ fn guesses(
 
 /// The pose that fits the surfaces near by, held at `start`.
 fn refined(
-    surface: &Surface,
+    facets: &[Facet],
     start: Pose,
     information: &Matrix3<f64>,
     near: &[(&Surface, Pose)],
     params: &PairParams,
 ) -> Pose {
-    let stride = surface.facets().len().div_ceil(N_FACETS_MAX).max(1);
     let mut pose = start;
     for _ in 0..N_STEPS {
         let turn = angle_between(start.theta_rad, pose.theta_rad);
         let away = Vector3::new(pose.x_m - start.x_m, pose.y_m - start.y_m, turn);
         let (mut hessian, mut gradient) = (*information, information * away);
         for &(other, other_pose) in near {
-            let form = pair_form(other, surface, other_pose.step_to(pose), params, stride);
+            let form = pair_form(other, facets, other_pose.step_to(pose), params, 1);
             if form.n_met < N_MET_MIN {
                 continue;
             }

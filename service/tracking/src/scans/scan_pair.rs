@@ -14,7 +14,7 @@
 use meetpoint_geometry::{Point2, Pose, Vector2};
 use nalgebra::{ArrayStorage, Matrix3, Vector3};
 
-use crate::scans::surface::Surface;
+use crate::scans::surface::{Facet, Surface};
 
 /// Tunables of matching two scans.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -40,10 +40,10 @@ pub(crate) struct PairForm {
     pub(crate) n_asked: u32,
 }
 
-/// The form of `b` against `a` about `a_from_b`, by every `stride`-th facet of `b`.
+/// The form of `b` against `a` about `a_from_b`, by every `stride`-th of the facets `b`.
 pub(crate) fn pair_form(
     a: &Surface,
-    b: &Surface,
+    b: &[Facet],
     a_from_b: Pose,
     params: &PairParams,
     stride: usize,
@@ -57,7 +57,7 @@ pub(crate) fn pair_form(
     let (turn2, gate_m) = (single(params.turn_m * params.turn_m), single(params.gate_m));
     // xx, xy, xt, yy, yt, tt and x, y, t
     let mut sums = [0.0_f64; 9];
-    for facet in b.facets().iter().step_by(stride.max(1)) {
+    for facet in b.iter().step_by(stride.max(1)) {
         form.n_asked += 1;
         let arm = turned(facet.at.coords);
         let place = Point2::new(x + arm.x, y + arm.y);
@@ -115,11 +115,11 @@ pub(crate) fn fitted(
     (stride, n_iterations): (usize, u32),
 ) -> (Pose, PairForm) {
     let mut pose = start;
-    let mut form = pair_form(a, b, pose, params, stride);
+    let mut form = pair_form(a, b.facets(), pose, params, stride);
     for _ in 0..n_iterations {
         let step = form.step();
         pose = moved(pose, step);
-        form = pair_form(a, b, pose, params, stride);
+        form = pair_form(a, b.facets(), pose, params, stride);
         if step.amax() < STEP_MIN {
             break;
         }
@@ -192,7 +192,7 @@ mod tests {
     fn a_corridor_says_nothing_of_where_along_it_one_is() {
         let a = seen(Pose::IDENTITY, (1e3, 1.0));
         let b = seen(Pose::new(0.2, 0.1, 0.0), (1e3, 1.0));
-        let form = pair_form(&a, &b, Pose::new(0.2, 0.05, 0.0), &PARAMS, 1);
+        let form = pair_form(&a, b.facets(), Pose::new(0.2, 0.05, 0.0), &PARAMS, 1);
         assert!(form.hessian[(0, 0)] < 1e-4 * form.hessian[(1, 1)], "{}", form.hessian);
         let step = form.step();
         assert!(step.x.abs() < 0.005 && (step.y - 0.05).abs() < 0.01, "{step}");

@@ -7,7 +7,7 @@
 
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-use meetpoint_geometry::{Point2, Vector2};
+use meetpoint_geometry::{Point2, Vector2, wrap_angle};
 use meetpoint_occupancy::Reading;
 
 use crate::scans::laser_travel::TravelLaser;
@@ -35,7 +35,7 @@ pub(crate) struct Surface {
     is_full_turn: bool,
     /// The sensor in the robot's frame.
     sensor: Point2<f32>,
-    /// Direction of beam 0 in the robot's frame.
+    /// Direction of beam 0 in the robot's frame, in (-pi, pi].
     angle_min_rad: f32,
     beams_per_rad: f32,
     /// Beams of a full turn.
@@ -78,21 +78,8 @@ impl Surface {
     /// The facets of a scan, of hits up to `range_max_m`.
     pub(crate) fn new(laser: &TravelLaser, ranges_m: &[f32], range_max_m: f64) -> Self {
         let TravelLaser { robot_from_sensor, geometry } = laser;
-        let place = |bearing_rad: f64, range_m: f64| {
-            let (sin, cos) = bearing_rad.sin_cos();
-            *robot_from_sensor * Point2::new(range_m * cos, range_m * sin)
-        };
-        let hits: Vec<Option<Point2<f64>>> = geometry
-            .readings(ranges_m)
-            .map(|(bearing_rad, reading)| match reading {
-                Reading::Hit(range_m) if range_m <= range_max_m => {
-                    Some(place(bearing_rad, range_m))
-                }
-                _ => None,
-            })
-            .collect();
-        let sensor = robot_from_sensor.position();
-        let facets = (0..hits.len()).map(|beam| facet(&hits, beam, sensor));
+        let hits = Hits::new(laser, ranges_m, range_max_m);
+        let facets = (0..hits.at.len()).map(|beam| hits.facet(beam));
         let mut by_beam: Vec<Facet> = facets.map(|facet| facet.unwrap_or(NO_FACET)).collect();
         let facets = by_beam.iter().copied().filter(|facet| !facet.at.x.is_nan()).collect();
         let beams_per_rad = single(1.0 / geometry.angle_increment_rad);
@@ -106,8 +93,8 @@ impl Surface {
             facets,
             by_beam,
             is_full_turn,
-            sensor: sensor.map(single),
-            angle_min_rad: single(robot_from_sensor.theta_rad + geometry.angle_min_rad),
+            sensor: robot_from_sensor.position().map(single),
+            angle_min_rad: single(wrap_angle(robot_from_sensor.theta_rad + geometry.angle_min_rad)),
             beams_per_rad,
             n_turn,
         }
@@ -130,7 +117,8 @@ impl Surface {
         let away = point - self.sensor;
         let range_m = (away.x * away.x + away.y * away.y).sqrt();
         let bearing_rad = quick_atan2(away.y, away.x) - self.angle_min_rad;
-        let beam = (bearing_rad * self.beams_per_rad).rem_euclid(self.n_turn);
+        let beam = bearing_rad * self.beams_per_rad;
+        let beam = if beam < 0.0 { beam + self.n_turn } else { beam };
         let look = (gate_m / range_m.max(gate_m) * self.beams_per_rad.abs()).clamp(1.0, N_LOOK_MAX);
         let beam = if self.is_full_turn && beam < look { beam + self.n_turn } else { beam };
         let (low, high) = ((beam - look).max(0.0), beam + look + 0.5);
@@ -174,68 +162,126 @@ fn single(number: f64) -> f32 {
     number as f32
 }
 
-/// The facet at a beam's hit, if it lies on a wall.
-fn facet(hits: &[Option<Point2<f64>>], beam: usize, sensor: Point2<f64>) -> Option<Facet> {
-    FITS.into_iter().find_map(|fit| fitted_facet(hits, beam, sensor, fit))
-}
-
-fn fitted_facet(
-    hits: &[Option<Point2<f64>>],
-    beam: usize,
+/// The hits of one scan.
+#[derive(Debug)]
+struct Hits {
+    /// In the robot's frame, one a beam; NaN where nothing was hit.
+    at: Vec<Point2<f64>>,
+    /// Whether a hit may be on one wall with the next.
+    is_linked: Vec<bool>,
     sensor: Point2<f64>,
-    fit: (usize, f64),
-) -> Option<Facet> {
-    let at = hits[beam]?;
-    let (before, after) = (neighbours(hits, beam, -1, fit), neighbours(hits, beam, 1, fit));
-    if before.len() + after.len() < 2 {
-        return None;
-    }
-    let points = || before.iter().chain(&after).chain(std::iter::once(&at));
-    let n = (before.len() + after.len() + 1) as f64;
-    let mean = points().fold(Vector2::zeros(), |sum, point| sum + point.coords) / n;
-    let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
-    for point in points() {
-        let away = point.coords - mean;
-        xx += away.x * away.x;
-        xy += away.x * away.y;
-        yy += away.y * away.y;
-    }
-    let (sin, cos) = (0.5 * (2.0 * xy).atan2(xx - yy)).sin_cos();
-    let squares = sin * sin * xx - 2.0 * sin * cos * xy + cos * cos * yy;
-    let to_sensor = sensor - at;
-    let across = Vector2::new(-sin, cos);
-    let normal = if across.dot(&to_sensor) < 0.0 { -across } else { across };
-    let is_line = squares <= n * FIT_ERROR_MAX_M * FIT_ERROR_MAX_M;
-    if !is_line || normal.dot(&to_sensor) < GRAZING_COSINE_MIN * to_sensor.norm() {
-        return None;
-    }
-    let next_m = |side: &[Point2<f64>]| side.first().map_or(0.0, |next| (next - at).norm());
-    let reach_m = (0.5 * next_m(&before).max(next_m(&after))).min(REACH_MAX_M);
-    // The hit as the line has it: what its neighbours say of it counts too.
-    let at = at - normal * normal.dot(&(at.coords - mean));
-    Some(Facet { at: at.map(single), normal: normal.map(single), reach_m: single(reach_m) })
 }
 
-/// The hits next to a beam's on its wall, nearest first: so many, and no farther from it than given.
-fn neighbours(
-    hits: &[Option<Point2<f64>>],
-    beam: usize,
-    step: isize,
-    (n_max, reach_m): (usize, f64),
-) -> Vec<Point2<f64>> {
-    let mut found = Vec::with_capacity(n_max);
-    let Some(at) = hits[beam] else { return found };
-    let (mut index, mut last) = (beam, at);
-    while found.len() < n_max {
-        let Some(next) = index.checked_add_signed(step) else { break };
-        let Some(Some(hit)) = hits.get(next).copied() else { break };
-        if GAP_MAX_M < (hit - last).norm() || reach_m < (hit - at).norm() {
-            break;
-        }
-        found.push(hit);
-        (index, last) = (next, hit);
+/// Some facets of a scan, `n_max` at most: those at beams that are equally far apart.
+pub(crate) fn some_facets(
+    laser: &TravelLaser,
+    ranges_m: &[f32],
+    (range_max_m, n_max): (f64, usize),
+) -> Vec<Facet> {
+    let hits = Hits::new(laser, ranges_m, range_max_m);
+    let stride = hits.at.len().div_ceil(n_max.max(1)).max(1);
+    (0..hits.at.len()).step_by(stride).filter_map(|beam| hits.facet(beam)).collect()
+}
+
+impl Hits {
+    /// The hits of a scan up to `range_max_m`.
+    fn new(laser: &TravelLaser, ranges_m: &[f32], range_max_m: f64) -> Self {
+        let TravelLaser { robot_from_sensor, geometry } = laser;
+        let sensor = robot_from_sensor.position();
+        let place = |(bearing_rad, reading): (f64, Reading)| match reading {
+            Reading::Hit(range_m) if range_m <= range_max_m => {
+                let (sin, cos) = (robot_from_sensor.theta_rad + bearing_rad).sin_cos();
+                Point2::new(sensor.x + range_m * cos, sensor.y + range_m * sin)
+            }
+            _ => Point2::new(f64::NAN, f64::NAN),
+        };
+        let at: Vec<Point2<f64>> = geometry.readings(ranges_m).map(place).collect();
+        let is_near =
+            |pair: &[Point2<f64>]| (pair[1] - pair[0]).norm_squared() <= GAP_MAX_M * GAP_MAX_M;
+        let is_linked = at.windows(2).map(is_near).collect();
+        Self { at, is_linked, sensor }
     }
-    found
+
+    /// The facet at a beam's hit, if it lies on a wall.
+    fn facet(&self, beam: usize) -> Option<Facet> {
+        if self.at[beam].x.is_nan() {
+            return None;
+        }
+        FITS.into_iter().find_map(|fit| self.fitted_facet(beam, fit))
+    }
+
+    fn fitted_facet(&self, beam: usize, fit: (usize, f64)) -> Option<Facet> {
+        let at = self.at[beam];
+        let (first, last) = self.neighbours(beam, fit);
+        let points = &self.at[first..=last];
+        if points.len() < 3 {
+            return None;
+        }
+        let n = points.len() as f64;
+        let mean = points.iter().fold(Vector2::zeros(), |sum, point| sum + point.coords) / n;
+        let (mut xx, mut xy, mut yy) = (0.0, 0.0, 0.0);
+        for point in points {
+            let away = point.coords - mean;
+            xx += away.x * away.x;
+            xy += away.x * away.y;
+            yy += away.y * away.y;
+        }
+        let spread = (xx - yy).hypot(2.0 * xy);
+        // The smaller eigenvalue.
+        let squares = 0.5 * (xx + yy - spread);
+        if n * FIT_ERROR_MAX_M * FIT_ERROR_MAX_M < squares {
+            return None;
+        }
+        let to_sensor = self.sensor - at;
+        let across = across(xx - yy, 2.0 * xy, spread);
+        let normal = if across.dot(&to_sensor) < 0.0 { -across } else { across };
+        if normal.dot(&to_sensor) < GRAZING_COSINE_MIN * to_sensor.norm() {
+            return None;
+        }
+        let next_m = |end: usize, next: usize| {
+            if end == beam { 0.0 } else { (self.at[next] - at).norm() }
+        };
+        let farther_m = next_m(first, beam.saturating_sub(1)).max(next_m(last, beam + 1));
+        let reach_m = (0.5 * farther_m).min(REACH_MAX_M);
+        // The hit as the line has it: what its neighbours say of it counts too.
+        let at = at - normal * normal.dot(&(at.coords - mean));
+        Some(Facet { at: at.map(single), normal: normal.map(single), reach_m: single(reach_m) })
+    }
+
+    /// First and last of the beams whose hits lie on one wall with a beam's: so many on each side, and
+    /// no farther from it than given.
+    fn neighbours(&self, beam: usize, (n_max, reach_m): (usize, f64)) -> (usize, usize) {
+        let at = self.at[beam];
+        let is_near = |other: usize| (self.at[other] - at).norm_squared() <= reach_m * reach_m;
+        let (mut first, mut last) = (beam, beam);
+        while beam - first < n_max && 0 < first && self.is_linked[first - 1] && is_near(first - 1) {
+            first -= 1;
+        }
+        while last - beam < n_max
+            && last < self.is_linked.len()
+            && self.is_linked[last]
+            && is_near(last + 1)
+        {
+            last += 1;
+        }
+        (first, last)
+    }
+}
+
+/// Unit vector across the line along which points spread most, whose doubled direction has cosine
+/// `x / spread` and sine `y / spread`; across the x axis if they spread everywhere alike.
+fn across(x: f64, y: f64, spread: f64) -> Vector2<f64> {
+    if spread <= 0.0 {
+        return Vector2::y();
+    }
+    let (x, y) = (x / spread, y / spread);
+    if 0.0 <= x {
+        let cos = (0.5 * (1.0 + x)).sqrt();
+        Vector2::new(-0.5 * y / cos, cos)
+    } else {
+        let sin = (0.5 * (1.0 - x)).sqrt();
+        Vector2::new(-sin, 0.5 * y / sin)
+    }
 }
 
 #[cfg(test)]

@@ -115,7 +115,7 @@ fn pair_edge(keys: &[KeyScan], poses: &[Pose], (from, to): Pair, params: &PairPa
     let seen = poses[from].step_to(poses[to]);
     let (here, there) = (&keys[from].surface, &keys[to].surface);
     let stride = there.facets().len().div_ceil(N_FACETS_MAX).max(1);
-    let form = pair_form(here, there, seen, params, stride);
+    let form = pair_form(here, there.facets(), seen, params, stride);
     let edge =
         Edge { from, to, from_to: seen, information: Matrix3::zeros(), chi2_turn: f64::INFINITY };
     if form.n_met < N_MET_MIN || form.met_share() < MET_SHARE_MIN {
