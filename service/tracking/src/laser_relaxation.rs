@@ -1,6 +1,8 @@
 //! Relaxation of one laser session: closures, pose graph, and every scan matched against all that was
 //! seen near it; a slice at a time.
 
+use std::num::NonZero;
+
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 use meetpoint_occupancy::{Grid, ScanMarks};
 
@@ -18,8 +20,9 @@ use crate::scans::neighbours::{pairs_across, pairs_along};
 use crate::scans::placing::{Keys, placed, stands};
 use crate::scans::sweep::Sweeps;
 use crate::sharpness::Sharpness;
+use crate::side_by_side::{in_chunks, side_by_side};
 
-/// A relaxation of one travel, under way. The same calls give the same bits.
+/// A relaxation of one travel, under way. The same travel gives the same bits, on any number of threads.
 #[derive(Debug)]
 pub struct LaserRelaxation {
     travel: LaserTravel,
@@ -74,7 +77,9 @@ const N_CHAINED_SLICE: usize = 60;
 /// ...pairs matched...
 const N_PAIRS_SLICE: usize = 2000;
 /// ...scans placed.
-const N_PLACED_SLICE: usize = 400;
+const N_PLACED_SLICE: usize = 800;
+/// Scans that a thread takes at once: some tenths of a millisecond.
+const N_PLACED_AT_ONCE: usize = 16;
 
 impl LaserRelaxation {
     /// Begins a relaxation. `refused` are the closures that an operator switched off.
@@ -110,6 +115,11 @@ impl LaserRelaxation {
             after: LaserFigures::default(),
             work: Work::Before(Drawing::new(frame)),
         })
+    }
+
+    /// Lets the slices that follow be shared among so many threads. What they find does not depend on it.
+    pub fn use_threads(&mut self, n_threads: NonZero<usize>) {
+        self.params.n_threads = n_threads;
     }
 
     /// Does a slice of the work, some tens of milliseconds, and says what comes next; `None` when all
@@ -150,9 +160,8 @@ impl LaserRelaxation {
     fn chain_some(&mut self, mut steps: Vec<ScannedStep>) -> Work {
         let pair = self.params.pairs();
         let end = (steps.len() + N_CHAINED_SLICE).min(self.keys.len() - 1);
-        while steps.len() < end {
-            steps.push(scanned_step(&self.travel, &self.keys, steps.len() + 1, &pair));
-        }
+        let step = |to: usize| scanned_step(&self.travel, &self.keys, to, &pair);
+        steps.extend(side_by_side(steps.len() + 1..=end, self.params.n_threads, step));
         if end + 1 < self.keys.len() {
             return Work::Chain(steps);
         }
@@ -176,7 +185,8 @@ impl LaserRelaxation {
 
     fn sweep_chain(&mut self, mut sweeps: Sweeps, n_done: u32) -> Work {
         let pair = self.params.pairs();
-        if sweeps.match_some(&self.keys, &self.chain.poses, &pair, N_PAIRS_SLICE) {
+        let many = (N_PAIRS_SLICE, self.params.n_threads);
+        if sweeps.match_some(&self.keys, &self.chain.poses, &pair, many) {
             return Work::ChainSweeps(sweeps, n_done);
         }
         sweeps.solve(&mut self.chain.poses, &self.params.sweep_graph);
@@ -226,7 +236,8 @@ impl LaserRelaxation {
     fn sweep_all(&mut self, mut sweeps: Sweeps, n_done: u32) -> Work {
         let is_wide = n_done < self.params.n_wide_sweeps;
         let pair = if is_wide { self.params.wide_pairs() } else { self.params.pairs() };
-        if sweeps.match_some(&self.keys, &self.key_poses, &pair, N_PAIRS_SLICE) {
+        let many = (N_PAIRS_SLICE, self.params.n_threads);
+        if sweeps.match_some(&self.keys, &self.key_poses, &pair, many) {
             return Work::Sweeps(sweeps, n_done);
         }
         let optimised = sweeps.solve(&mut self.key_poses, &self.params.sweep_graph);
@@ -256,12 +267,14 @@ impl LaserRelaxation {
         let end = (self.n_placed + N_PLACED_SLICE).min(self.travel.scans.len());
         let pair = self.params.pairs();
         let by = (&pair, self.params.key_scans.range_max_m);
-        for scan in self.n_placed..end {
-            let stood = scan.checked_sub(1).filter(|&before| stands(&self.travel, (before, scan)));
-            self.poses[scan] = match stood {
-                Some(before) => self.poses[before],
-                None => placed(&self.travel, scan, around, &self.calibration, by),
-            };
+        let stood = |scan: usize| 0 < scan && stands(&self.travel, (scan - 1, scan));
+        let place = |scan: usize| {
+            let moved = !stood(scan);
+            moved.then(|| placed(&self.travel, scan, around, &self.calibration, by))
+        };
+        let found = in_chunks(self.n_placed..end, N_PLACED_AT_ONCE, self.params.n_threads, place);
+        for (scan, pose) in (self.n_placed..end).zip(found) {
+            self.poses[scan] = pose.unwrap_or_else(|| self.poses[scan - 1]);
         }
         self.n_placed = end;
         if end < self.travel.scans.len() {

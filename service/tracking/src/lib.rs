@@ -14,6 +14,7 @@ mod params;
 mod relaxation_params;
 mod scans;
 mod sharpness;
+mod side_by_side;
 
 pub use closures::closure::{Closure, ClosureKey, Refusal, Verdict};
 pub use closures::submap::SubmapParams;

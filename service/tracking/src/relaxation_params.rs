@@ -1,6 +1,7 @@
 //! Tunables of the relaxation of laser sessions.
 
 use std::f64::consts::PI;
+use std::num::NonZero;
 
 use crate::closures::submap::SubmapParams;
 use crate::graph::pose_graph::PoseGraphParams;
@@ -40,6 +41,8 @@ pub struct LaserRelaxationParams {
     pub graph: PoseGraphParams,
     /// How that of key scans is solved in each sweep: the next one goes on from there.
     pub sweep_graph: PoseGraphParams,
+    /// Threads that share the work of a slice. What is found does not depend on it.
+    pub n_threads: NonZero<usize>,
 }
 
 /// When two submaps are believed to be one place.
@@ -194,5 +197,6 @@ impl LaserRelaxationParams {
         n_sweeps_max: 10,
         graph: PoseGraphParams { n_iterations_max: 20, fall_min: 1e-4 },
         sweep_graph: PoseGraphParams { n_iterations_max: 2, fall_min: 1e-3 },
+        n_threads: NonZero::<usize>::MIN,
     };
 }

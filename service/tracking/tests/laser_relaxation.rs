@@ -1,5 +1,7 @@
 //! Relaxation of laser sessions in simulated buildings.
 
+use std::num::NonZero;
+
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_occupancy::LaserGeometry;
 use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick, corridor_loop};
@@ -60,8 +62,16 @@ fn driven(building: &Building, waypoints: &[Point2<f64>], seed: u64) -> Driven {
 }
 
 fn relaxed(travel: &LaserTravel, refused: &[ClosureKey]) -> LaserOutcome {
+    relaxed_by(&PARAMS, travel, refused)
+}
+
+fn relaxed_by(
+    params: &LaserRelaxationParams,
+    travel: &LaserTravel,
+    refused: &[ClosureKey],
+) -> LaserOutcome {
     let mut relaxation =
-        LaserRelaxation::new(travel.clone(), PARAMS, refused).expect("a resolution");
+        LaserRelaxation::new(travel.clone(), *params, refused).expect("a resolution");
     let mut share = 0.0;
     while let Some(progress) = relaxation.advance() {
         assert!(share <= progress.share && progress.share <= 1.0, "{progress:?} after {share}");
@@ -108,7 +118,9 @@ fn a_loop_is_closed_and_its_scale_found() {
     let scale = outcome.calibration.length_scale * OdometryError::UNCALIBRATED.scale;
     assert!((scale - 1.0).abs() < 0.01, "{:?}", outcome.calibration);
     assert!(outcome.after.chi2 < outcome.before.chi2, "{:?} {:?}", outcome.before, outcome.after);
-    assert_eq!(outcome, relaxed(&driven.travel, &[]), "the same bits");
+    let n_threads = NonZero::new(3).expect("not zero");
+    let by_three = relaxed_by(&LaserRelaxationParams { n_threads, ..PARAMS }, &driven.travel, &[]);
+    assert_eq!(outcome, by_three, "the same bits on any number of threads");
 }
 
 #[test]

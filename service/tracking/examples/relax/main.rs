@@ -1,12 +1,13 @@
 //! Relaxes CARMEN logs offline: `relax LOG RELATIONS [VARIANT...]` maps the FLASER lines of a log live,
 //! relaxes them, and prints errors before and after, time and sharpness; a variant is one of those that
-//! [`variant`] names. With `IMAGE=PATH` it draws the relaxed map.
+//! [`variant`] names. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
 
 mod log;
 mod relations;
 mod variant;
 
 use std::error::Error;
+use std::num::NonZero;
 use std::path::Path;
 use std::time::Instant;
 
@@ -112,7 +113,11 @@ fn tracked(scans: &[LoggedScan], start: Pose) -> Result<LaserTravel, Box<dyn Err
 }
 
 fn relaxed(travel: LaserTravel) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
-    let params = LaserRelaxationParams::INDOOR;
+    let n_threads = std::env::var("THREADS").ok().and_then(|n| n.parse().ok());
+    let params = LaserRelaxationParams {
+        n_threads: n_threads.unwrap_or(NonZero::<usize>::MIN),
+        ..LaserRelaxationParams::INDOOR
+    };
     let mut relaxation =
         LaserRelaxation::new(travel, params, &[]).map_err(|_| "no such resolution")?;
     let mut slowest_s = 0.0_f64;

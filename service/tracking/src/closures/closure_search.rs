@@ -19,6 +19,7 @@ use crate::closures::submap_graph::{SubmapGraph, SubmapPair};
 use crate::graph::pose_graph::Edge;
 use crate::graph::uncertainty::{composed, inverted};
 use crate::relaxation_params::ClosureParams;
+use crate::side_by_side::side_by_side;
 
 /// A search under way.
 #[derive(Debug)]
@@ -29,15 +30,19 @@ pub(crate) struct ClosureSearch {
     /// What was guessed when a pair was last matched, and its deviation.
     tried: BTreeMap<SubmapPair, (Pose, f64)>,
     charts: SubmapCharts,
-    /// Where the submap before the next one may lie, as far as it was not laid there.
+    /// Where the submaps before the next one may lie, as far as they were not laid there.
     guesses: VecDeque<Guess>,
-    /// Closures of that submap that were accepted.
+    /// Closures of those submaps that were accepted.
     n_accepted: usize,
     next: usize,
     n_passes: u32,
     n_accepted_in_pass: usize,
 }
 
+/// Submaps whose candidates are found at once: the graph is not optimised between them.
+const N_SUBMAPS: usize = 1;
+/// Candidates that a thread looks at in a slice: some 10 milliseconds each.
+const N_A_THREAD: usize = 2;
 /// A guess is another if it or its deviation changed by this share of the deviation.
 const SAME_SHARE: f64 = 0.3;
 
@@ -58,10 +63,12 @@ impl ClosureSearch {
         }
     }
 
-    /// Looks at the next candidate. False when the search is over.
+    /// Looks at the next candidates. False when the search is over.
     pub(crate) fn advance(&mut self, evidence: Evidence<'_>) -> bool {
-        if let Some(guess) = self.guesses.pop_front() {
-            self.n_accepted += usize::from(self.consider(&guess, evidence));
+        if !self.guesses.is_empty() {
+            let n = N_A_THREAD * evidence.params.n_threads.get();
+            let some = self.guesses.drain(..n.min(self.guesses.len())).collect();
+            self.consider(some, evidence);
             return true;
         }
         if 0 < self.n_accepted {
@@ -78,8 +85,9 @@ impl ClosureSearch {
             }
             (self.next, self.n_accepted_in_pass) = (0, 0);
         }
-        self.guesses = self.guesses_of(self.next, evidence).into();
-        self.next += 1;
+        let end = (self.next + N_SUBMAPS).min(self.graph.submaps.len());
+        self.guesses = (self.next..end).flat_map(|to| self.guesses_of(to, evidence)).collect();
+        self.next = end;
         true
     }
 
@@ -124,18 +132,40 @@ impl ClosureSearch {
         nearest
     }
 
-    /// Matches a submap with one that it may lie near. True if a closure was accepted.
-    fn consider(&mut self, guess: &Guess, evidence: Evidence<'_>) -> bool {
-        let params = &evidence.params.closures;
-        let pair = (guess.from, guess.to);
-        let is_accepted = self.found.get(&pair).is_some_and(|f| f.verdict == Verdict::Accepted);
-        if is_accepted || self.was_tried(pair, guess) {
-            return false;
+    /// Matches submaps with those that they may lie near.
+    fn consider(&mut self, guesses: Vec<Guess>, evidence: Evidence<'_>) {
+        let mut open = Vec::new();
+        for guess in guesses {
+            if !self.is_accepted((guess.from, guess.to)) && !self.was_tried(&guess) {
+                open.push((guess, self.charts.take(guess.from)));
+            }
         }
         let submaps = &self.graph.submaps;
-        let Some(mut found) = overlaid(guess, submaps, &mut self.charts, evidence) else {
-            return false;
-        };
+        let matched = side_by_side(open, evidence.params.n_threads, |(guess, mut chart)| {
+            let found = overlaid(&guess, submaps, &mut chart, evidence);
+            (guess, chart, found)
+        });
+        for (guess, chart, found) in matched {
+            if let Some(chart) = chart {
+                self.charts.keep(guess.from, chart);
+            }
+            if let Some(found) = found
+                && !self.is_accepted((guess.from, guess.to))
+            {
+                self.n_accepted += usize::from(self.judge(&guess, found, evidence));
+            }
+        }
+    }
+
+    fn is_accepted(&self, pair: SubmapPair) -> bool {
+        self.found.get(&pair).is_some_and(|found| found.verdict == Verdict::Accepted)
+    }
+
+    /// Notes what was found, and believes it if there is nothing against it. True if a closure was
+    /// accepted.
+    fn judge(&mut self, guess: &Guess, mut found: Found, evidence: Evidence<'_>) -> bool {
+        let params = &evidence.params.closures;
+        let pair = (guess.from, guess.to);
         let mut accepted = Vec::new();
         if found.verdict == Verdict::Accepted {
             let is_sure = guess.position_std_m() <= params.alone_std_m;
@@ -157,8 +187,8 @@ impl ClosureSearch {
     }
 
     /// True if a pair was matched before and as much was known; notes what is known now.
-    fn was_tried(&mut self, pair: SubmapPair, guess: &Guess) -> bool {
-        let std_m = guess.position_std_m();
+    fn was_tried(&mut self, guess: &Guess) -> bool {
+        let (pair, std_m) = ((guess.from, guess.to), guess.position_std_m());
         let same = self.tried.get(&pair).is_some_and(|&(before, std_before_m)| {
             before.step_to(guess.from_to).distance_m() < SAME_SHARE * std_m
                 && std_before_m * (1.0 - SAME_SHARE) < std_m

@@ -17,7 +17,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::closures::closure::{Refusal, Verdict};
 use crate::closures::evidence::Evidence;
 use crate::closures::submap::{Submap, SubmapChart, spread_points};
-use crate::closures::submap_charts::{SubmapCharts, around};
+use crate::closures::submap_charts::{around, drawn};
 use crate::closures::submap_match::{Placed, SubmapFit, fit};
 use crate::graph::pose_graph::Edge;
 use crate::matching::peaks::peaks_in_window;
@@ -90,11 +90,12 @@ impl Guess {
     }
 }
 
-/// Lays the submap `guess.to` over `guess.from`. `None` if it fits nowhere.
+/// Lays the submap `guess.to` over `guess.from`, of which `chart` is drawn unless it was. `None` if it
+/// fits nowhere.
 pub(crate) fn overlaid(
     guess: &Guess,
     submaps: &[Submap],
-    charts: &mut SubmapCharts,
+    chart: &mut Option<SubmapChart>,
     evidence: Evidence<'_>,
 ) -> Option<Found> {
     let params = &evidence.params.closures;
@@ -106,7 +107,7 @@ pub(crate) fn overlaid(
     if points.len() < params.n_points_min {
         return None;
     }
-    let chart = charts.of(guess.from, submaps, evidence);
+    let chart = chart.get_or_insert_with(|| drawn(guess.from, submaps, evidence));
     let hypotheses = hypotheses(guess, &points, chart, evidence);
     let best = *hypotheses.first()?;
     let fit = refined(guess, best.pose, &there, submaps, evidence);

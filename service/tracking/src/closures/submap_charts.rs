@@ -6,7 +6,7 @@ use crate::closures::evidence::Evidence;
 use crate::closures::submap::{Submap, SubmapChart};
 
 /// Charts that are kept: some megabytes each.
-const N_CHARTS_MAX: usize = 12;
+const N_CHARTS_MAX: usize = 24;
 /// Scans that a chart is drawn from, at most: walls that as many saw are certain.
 const N_CHART_SCANS_MAX: usize = 30;
 
@@ -18,28 +18,23 @@ pub(crate) struct SubmapCharts {
 }
 
 impl SubmapCharts {
-    /// The chart of a submap and its two neighbours, in the frame of its anchor.
-    pub(crate) fn of(
-        &mut self,
-        submap: usize,
-        submaps: &[Submap],
-        evidence: Evidence<'_>,
-    ) -> &mut SubmapChart {
-        let chart = match self.kept.iter().position(|(of, _)| *of == submap) {
-            Some(place) => self.kept.remove(place),
-            None => None,
-        };
-        let chart = chart.unwrap_or_else(|| (submap, drawn(submap, submaps, evidence)));
+    /// Takes the chart of a submap, if it is at hand.
+    pub(crate) fn take(&mut self, submap: usize) -> Option<SubmapChart> {
+        let place = self.kept.iter().position(|(of, _)| *of == submap)?;
+        self.kept.remove(place).map(|(_, chart)| chart)
+    }
+
+    /// Keeps the chart of a submap, as long as no others are kept instead.
+    pub(crate) fn keep(&mut self, submap: usize, chart: SubmapChart) {
         if self.kept.len() == N_CHARTS_MAX {
             self.kept.pop_front();
         }
-        self.kept.push_back(chart);
-        let last = self.kept.len() - 1;
-        &mut self.kept[last].1
+        self.kept.push_back((submap, chart));
     }
 }
 
-fn drawn(submap: usize, submaps: &[Submap], evidence: Evidence<'_>) -> SubmapChart {
+/// The chart of a submap and its two neighbours, in the frame of its anchor.
+pub(crate) fn drawn(submap: usize, submaps: &[Submap], evidence: Evidence<'_>) -> SubmapChart {
     let keys: Vec<usize> =
         around(submap, submaps).flat_map(|near| submaps[near].keys.clone()).collect();
     let stride = keys.len().div_ceil(N_CHART_SCANS_MAX).max(1);

@@ -17,12 +17,13 @@ use crate::matching::field::{Field, FieldTile, STRIDE};
 /// Scales, from the coarsest, as powers of two; the last is the field itself.
 pub(crate) const LEVELS: [u32; 4] = [5, 3, 1, 0];
 
-/// A field's square about the origin, at all of [`LEVELS`].
+/// What of a field lies in a square about the origin, at all of [`LEVELS`].
 #[derive(Clone, Debug)]
 pub(crate) struct Pyramid {
     first: Cell,
     half: i32,
     width: usize,
+    height: usize,
     levels: [Vec<u8>; LEVELS.len()],
 }
 
@@ -31,11 +32,12 @@ impl Pyramid {
     pub(crate) fn new(field: &Field, half: i32) -> Self {
         // Squares begin up to a coarsest square's edge before what they bound.
         let margin = 1 << LEVELS[0];
-        let first = Cell { x: -half - margin, y: -half - margin };
-        let width = usize::try_from(2 * half + margin + 1).unwrap_or(0);
-        let mut finest = vec![0; width * width];
+        let (low, high) = drawn_part(field, half);
+        let first = Cell { x: low.x - margin, y: low.y - margin };
+        let (width, height) = (len(high.x - first.x + 1), len(high.y - first.y + 1));
+        let mut finest = vec![0; width * height];
         for (index, tile) in field.tiles() {
-            copy_tile(index, tile, first, (&mut finest, width));
+            copy_tile(index, tile, first, (&mut finest, (width, height)));
         }
         let mut levels: [Vec<u8>; LEVELS.len()] = Default::default();
         let (mut scale, mut now) = (0, finest);
@@ -46,7 +48,7 @@ impl Pyramid {
             }
             values.clone_from(&now);
         }
-        Self { first, half, width, levels }
+        Self { first, half, width, height, levels }
     }
 
     /// How far it reaches along each axis, in cells.
@@ -65,7 +67,7 @@ impl Pyramid {
                 let (x, y) = (cell.x + x, cell.y + y);
                 #[expect(clippy::cast_sign_loss, reason = "what is negative becomes too large")]
                 let (x, y) = (x as u32 as usize, y as u32 as usize);
-                if x < self.width && y < self.width {
+                if x < self.width && y < self.height {
                     u32::from(values[y * self.width + x])
                 } else {
                     0
@@ -75,12 +77,32 @@ impl Pyramid {
     }
 }
 
-/// Copies what a tile has of the square whose first cell is given.
-fn copy_tile(index: TileIndex, tile: &FieldTile, first: Cell, (values, width): (&mut [u8], usize)) {
-    let end = i32::try_from(width).unwrap_or(0);
+/// Lowest and highest cells of the tiles of a field, as far as they lie up to `half` from the origin; of
+/// an empty field, a highest below the lowest.
+fn drawn_part(field: &Field, half: i32) -> (Cell, Cell) {
+    let (mut low, mut high) = (Cell { x: half, y: half }, Cell { x: -half - 1, y: -half - 1 });
+    for (index, _) in field.tiles() {
+        let (x, y) = (index.x * TILE_CELLS, index.y * TILE_CELLS);
+        low = Cell { x: low.x.min(x), y: low.y.min(y) };
+        high = Cell { x: high.x.max(x + TILE_CELLS - 1), y: high.y.max(y + TILE_CELLS - 1) };
+    }
+    (
+        Cell { x: low.x.max(-half), y: low.y.max(-half) },
+        Cell { x: high.x.min(half), y: high.y.min(half) },
+    )
+}
+
+/// Copies what a tile has of the rectangle whose first cell and size are given.
+fn copy_tile(
+    index: TileIndex,
+    tile: &FieldTile,
+    first: Cell,
+    (values, (width, height)): (&mut [u8], (usize, usize)),
+) {
+    let end = |n: usize| i32::try_from(n).unwrap_or(0);
     let (x, y) = (index.x * TILE_CELLS - first.x, index.y * TILE_CELLS - first.y);
-    let (low, high) = (x.max(0), (x + TILE_CELLS).min(end));
-    for row in y.max(0)..(y + TILE_CELLS).min(end) {
+    let (low, high) = (x.max(0), (x + TILE_CELLS).min(end(width)));
+    for row in y.max(0)..(y + TILE_CELLS).min(end(height)) {
         if high <= low {
             return;
         }
@@ -96,7 +118,8 @@ fn len(n: i32) -> usize {
     usize::try_from(n).unwrap_or(0)
 }
 
-/// Makes maxima of squares of `edge` cells into those of squares of twice the edge.
+/// Makes maxima of squares of `edge` cells into those of squares of twice the edge, in a rectangle of
+/// rows of `width`.
 fn double(values: &mut [u8], width: usize, edge: usize) {
     // Each value is joined with one that stands later and is not changed yet.
     for row in values.chunks_exact_mut(width.max(1)) {
@@ -104,7 +127,8 @@ fn double(values: &mut [u8], width: usize, edge: usize) {
             row[x] = row[x].max(row[x + edge]);
         }
     }
-    for y in 0..width.saturating_sub(edge) {
+    let height = values.len() / width.max(1);
+    for y in 0..height.saturating_sub(edge) {
         let (here, later) = values[y * width..].split_at_mut(edge * width);
         for (value, &next) in here[..width].iter_mut().zip(&later[..width]) {
             *value = next.max(*value);
@@ -123,17 +147,17 @@ mod tests {
 
         #[test]
         fn doubled_squares_hold_the_greatest(
-            values in prop::collection::vec(any::<u8>(), 20 * 20),
+            values in prop::collection::vec(any::<u8>(), 20 * 30),
             scale in 0_u32..4,
         ) {
-            let (width, edge) = (20_usize, 1_usize << scale);
+            let (width, height, edge) = (20_usize, 30_usize, 1_usize << scale);
             let mut found = values.clone();
             for doubling in 0..scale {
                 double(&mut found, width, 1 << doubling);
             }
-            for y in 0..width {
+            for y in 0..height {
                 for x in 0..width {
-                    let rows = y..(y + edge).min(width);
+                    let rows = y..(y + edge).min(height);
                     let square = rows.flat_map(|row| &values[row * width + x..row * width + (x + edge).min(width)]);
                     let expected = square.copied().max().unwrap_or(0);
                     prop_assert_eq!(found[y * width + x], expected, "at {}, {}", x, y);
