@@ -9,17 +9,17 @@ use crate::sharpness::Sharpness;
 /// What a relaxation is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LaserStage {
-    /// Drawing the map by the live poses, to measure it.
+    /// Drawing the map by the live poses, to measure it, beside matching each key scan with the one before.
     Before,
-    /// Matching each key scan with those just before it.
+    /// Matching each key scan with several before it.
     Chain,
     /// Looking for closures.
     Closures,
     /// Matching each key scan with all that were taken near it.
     Sweeps,
-    /// Placing the scans between key scans.
+    /// Placing the scans between key scans, beside drawing the map by the relaxed poses.
     Placing,
-    /// Drawing the map by the relaxed poses, to measure it.
+    /// Measuring the map by the relaxed poses.
     After,
 }
 

@@ -3,8 +3,10 @@
 
 use std::num::NonZero;
 
+use std::ops::Range;
+
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
-use meetpoint_occupancy::{Grid, ScanMarks};
+use meetpoint_occupancy::{BeamModel, Grid, ScanMarks};
 
 use crate::closures::closure::{Closure, ClosureKey, Verdict};
 use crate::closures::closure_search::ClosureSearch;
@@ -20,7 +22,7 @@ use crate::scans::neighbours::{pairs_across, pairs_along};
 use crate::scans::placing::{Keys, placed, stands};
 use crate::scans::sweep::Sweeps;
 use crate::sharpness::Sharpness;
-use crate::side_by_side::{in_chunks, side_by_side};
+use crate::side_by_side::side_by_side;
 
 /// A relaxation of one travel, under way. The same travel gives the same bits, on any number of threads.
 #[derive(Debug)]
@@ -52,14 +54,31 @@ pub struct LaserRelaxation {
 /// What is being done.
 #[derive(Debug)]
 enum Work {
-    Before(Drawing),
-    Chain(Vec<ScannedStep>),
+    Before(Drawing, Vec<ScannedStep>),
     ChainSweeps(Sweeps, u32),
     Closures(Box<ClosureSearch>),
     Sweeps(Sweeps, u32),
-    Placing,
+    Placing(Drawing),
     After(Drawing),
     Done,
+}
+
+/// A part of a slice that a thread may do while others do the others.
+enum Part<'a> {
+    /// Draws the map of some poses up to a key scan.
+    Draw(&'a mut Drawing, &'a [Pose], usize),
+    /// Matches a key scan with the one before.
+    Chain(usize),
+    /// Places some scans.
+    Place(Range<usize>),
+}
+
+/// What a part found.
+enum Parted {
+    Drawn,
+    Chained(ScannedStep),
+    /// `None` for scans at which the robot stood since the one before.
+    Placed(Vec<Option<Pose>>),
 }
 
 /// A map drawn scan by scan.
@@ -70,14 +89,12 @@ struct Drawing {
     n_done: usize,
 }
 
-/// What a slice holds, each some tens of milliseconds: key scans drawn...
-const N_DRAWN_SLICE: usize = 150;
-/// ...key scans chained...
-const N_CHAINED_SLICE: usize = 60;
+/// What a slice holds, each some tens of milliseconds: key scans drawn and chained...
+const N_CHAINED_SLICE: usize = 80;
 /// ...pairs matched...
 const N_PAIRS_SLICE: usize = 2000;
-/// ...scans placed.
-const N_PLACED_SLICE: usize = 800;
+/// ...scans placed, while as large a share of the key scans is drawn.
+const N_PLACED_SLICE: usize = 400;
 /// Scans that a thread takes at once: some tenths of a millisecond.
 const N_PLACED_AT_ONCE: usize = 16;
 
@@ -113,7 +130,7 @@ impl LaserRelaxation {
             poses,
             before: LaserFigures::default(),
             after: LaserFigures::default(),
-            work: Work::Before(Drawing::new(frame)),
+            work: Work::Before(Drawing::new(frame), Vec::new()),
         })
     }
 
@@ -127,43 +144,57 @@ impl LaserRelaxation {
     pub fn advance(&mut self) -> Option<LaserProgress> {
         let work = std::mem::replace(&mut self.work, Work::Done);
         self.work = match work {
-            Work::Before(mut drawing) => {
-                if drawing.draw(&self.travel, &self.keys, &self.key_poses, &self.params) {
-                    Work::Before(drawing)
-                } else {
-                    self.before.sharpness = Sharpness::of_grid(&drawing.grid);
-                    if self.keys.len() < 2 {
-                        Work::After(Drawing::new(self.frame))
-                    } else {
-                        Work::Chain(Vec::new())
-                    }
-                }
-            }
-            Work::Chain(steps) => self.chain_some(steps),
+            Work::Before(drawing, steps) => self.chain_some(drawing, steps),
             Work::ChainSweeps(sweeps, n) => self.sweep_chain(sweeps, n),
             Work::Closures(search) => self.search_some(search),
             Work::Sweeps(sweeps, n) => self.sweep_all(sweeps, n),
-            Work::Placing => self.place_some(),
-            Work::After(mut drawing) => {
-                if drawing.draw(&self.travel, &self.keys, &self.key_poses, &self.params) {
-                    Work::After(drawing)
-                } else {
-                    self.after.sharpness = Sharpness::of_grid(&drawing.grid);
-                    Work::Done
-                }
+            Work::Placing(drawing) => self.place_some(drawing),
+            Work::After(drawing) => {
+                self.after.sharpness = Sharpness::of_grid(&drawing.grid);
+                Work::Done
             }
             Work::Done => Work::Done,
         };
         self.progress()
     }
 
-    fn chain_some(&mut self, mut steps: Vec<ScannedStep>) -> Work {
-        let pair = self.params.pairs();
-        let end = (steps.len() + N_CHAINED_SLICE).min(self.keys.len() - 1);
-        let step = |to: usize| scanned_step(&self.travel, &self.keys, to, &pair);
-        steps.extend(side_by_side(steps.len() + 1..=end, self.params.n_threads, step));
-        if end + 1 < self.keys.len() {
-            return Work::Chain(steps);
+    /// Does some parts, on as many threads as there may be; results stand in their order.
+    fn parted(&self, parts: Vec<Part<'_>>) -> Vec<Parted> {
+        let Self { travel, params, keys, .. } = self;
+        let pair = params.pairs();
+        let around = Keys { keys, poses: &self.key_poses, across: &self.across };
+        let by = (&pair, params.key_scans.range_max_m);
+        let place = |scan: usize| {
+            let stood = 0 < scan && stands(travel, (scan - 1, scan));
+            (!stood).then(|| placed(travel, scan, around, &self.calibration, by))
+        };
+        side_by_side(parts, params.n_threads, |part| match part {
+            Part::Draw(drawing, poses, end) => {
+                drawing.draw(travel, keys, poses, (&params.mapping.beam_model, end));
+                Parted::Drawn
+            }
+            Part::Chain(to) => Parted::Chained(scanned_step(travel, keys, to, &pair)),
+            Part::Place(scans) => Parted::Placed(scans.map(place).collect()),
+        })
+    }
+
+    /// Draws the map by live poses and matches each key scan with the one before.
+    fn chain_some(&mut self, mut drawing: Drawing, mut steps: Vec<ScannedStep>) -> Work {
+        let end = (steps.len() + 1 + N_CHAINED_SLICE).min(self.keys.len());
+        let mut parts = vec![Part::Draw(&mut drawing, &self.key_poses, end)];
+        parts.extend((steps.len() + 1..end).map(Part::Chain));
+        for done in self.parted(parts) {
+            if let Parted::Chained(step) = done {
+                steps.push(step);
+            }
+        }
+        if end < self.keys.len() {
+            return Work::Before(drawing, steps);
+        }
+        self.before.sharpness = Sharpness::of_grid(&drawing.grid);
+        if self.keys.len() < 2 {
+            // Nothing to match: the scans stay where they are, and the map with them.
+            return Work::After(drawing);
         }
         let odometry = |to: usize| odometry_step(&self.travel, &self.keys, to);
         let both = steps.iter().enumerate();
@@ -259,40 +290,31 @@ impl LaserRelaxation {
             self.closures = search.ledger(self.evidence(), &self.key_poses);
         }
         self.n_placed = 0;
-        Work::Placing
+        Work::Placing(Drawing::new(self.frame))
     }
 
-    fn place_some(&mut self) -> Work {
-        let around = Keys { keys: &self.keys, poses: &self.key_poses, across: &self.across };
-        let end = (self.n_placed + N_PLACED_SLICE).min(self.travel.scans.len());
-        let pair = self.params.pairs();
-        let by = (&pair, self.params.key_scans.range_max_m);
-        let stood = |scan: usize| 0 < scan && stands(&self.travel, (scan - 1, scan));
-        let place = |scan: usize| {
-            let moved = !stood(scan);
-            moved.then(|| placed(&self.travel, scan, around, &self.calibration, by))
-        };
-        let found = in_chunks(self.n_placed..end, N_PLACED_AT_ONCE, self.params.n_threads, place);
-        for (scan, pose) in (self.n_placed..end).zip(found) {
-            self.poses[scan] = pose.unwrap_or_else(|| self.poses[scan - 1]);
+    /// Places some scans and draws the map by the relaxed poses.
+    fn place_some(&mut self, mut drawing: Drawing) -> Work {
+        let (n_scans, from) = (self.travel.scans.len(), self.n_placed);
+        let end = (from + N_PLACED_SLICE).min(n_scans);
+        let n_drawn = (self.keys.len() * end).div_ceil(n_scans.max(1));
+        let mut parts = vec![Part::Draw(&mut drawing, &self.key_poses, n_drawn)];
+        let chunks = (from..end).step_by(N_PLACED_AT_ONCE);
+        parts.extend(chunks.map(|first| Part::Place(first..end.min(first + N_PLACED_AT_ONCE))));
+        for done in self.parted(parts) {
+            let Parted::Placed(poses) = done else { continue };
+            for pose in poses {
+                self.poses[self.n_placed] = pose.unwrap_or_else(|| self.poses[self.n_placed - 1]);
+                self.n_placed += 1;
+            }
         }
-        self.n_placed = end;
-        if end < self.travel.scans.len() {
-            Work::Placing
-        } else {
-            Work::After(Drawing::new(self.frame))
-        }
+        if end < n_scans { Work::Placing(drawing) } else { Work::After(drawing) }
     }
 
     fn progress(&self) -> Option<LaserProgress> {
         let of = |part: usize, all: usize| part as f64 / all.max(1) as f64;
         let (stage, share) = match &self.work {
-            Work::Before(drawing) => {
-                (LaserStage::Before, 0.05 * of(drawing.n_done, self.keys.len()))
-            }
-            Work::Chain(steps) => {
-                (LaserStage::Chain, 0.05 + 0.1 * of(steps.len(), self.keys.len()))
-            }
+            Work::Before(_, steps) => (LaserStage::Before, 0.15 * of(steps.len(), self.keys.len())),
             Work::ChainSweeps(..) => (LaserStage::Chain, 0.15),
             Work::Closures(search) => {
                 (LaserStage::Closures, 0.2 + 0.3 * search.share(&self.params.closures))
@@ -301,12 +323,10 @@ impl LaserRelaxation {
                 LaserStage::Sweeps,
                 0.5 + 0.25 * of(*n as usize, self.params.n_sweeps_max as usize),
             ),
-            Work::Placing => {
+            Work::Placing(_) => {
                 (LaserStage::Placing, 0.75 + 0.2 * of(self.n_placed, self.travel.scans.len()))
             }
-            Work::After(drawing) => {
-                (LaserStage::After, 0.95 + 0.05 * of(drawing.n_done, self.keys.len()))
-            }
+            Work::After(_) => (LaserStage::After, 0.95),
             Work::Done => return None,
         };
         let search = match &self.work {
@@ -347,31 +367,23 @@ impl Drawing {
         Self { grid: Grid::new(frame), marks: ScanMarks::new(), n_done: 0 }
     }
 
-    /// Draws some more key scans. False when all are drawn.
+    /// Draws the next key scans, up to `end`.
     fn draw(
         &mut self,
         travel: &LaserTravel,
         keys: &[KeyScan],
         poses: &[Pose],
-        params: &LaserRelaxationParams,
-    ) -> bool {
-        let end = (self.n_done + N_DRAWN_SLICE).min(keys.len());
-        for (key, &pose) in keys[self.n_done..end].iter().zip(&poses[self.n_done..end]) {
-            let scan = &travel.scans[key.scan];
+        (model, end): (&BeamModel, usize),
+    ) {
+        while self.n_done < end.min(keys.len()) {
+            let scan = &travel.scans[keys[self.n_done].scan];
             if let Some(laser) = travel.lasers.get(scan.laser) {
-                let pose = pose * laser.robot_from_sensor;
-                let model = &params.mapping.beam_model;
-                self.grid.insert_scan(
-                    pose,
-                    &laser.geometry,
-                    &scan.ranges_m,
-                    model,
-                    &mut self.marks,
-                );
+                let pose = poses[self.n_done] * laser.robot_from_sensor;
+                let (geometry, ranges_m) = (&laser.geometry, &scan.ranges_m);
+                self.grid.insert_scan(pose, geometry, ranges_m, model, &mut self.marks);
             }
+            self.n_done += 1;
         }
-        self.n_done = end;
-        end < keys.len()
     }
 }
 
