@@ -108,6 +108,7 @@ pub struct PlanningSettings {
 pub struct JobSettings {
     pub n_at_once: usize,
     pub cpu_share: f64,
+    pub n_threads: usize,
     pub scans_bytes_max: usize,
 }
 

@@ -1,7 +1,9 @@
 //! Where a job computes: a thread of its own, which makes room for robots and queries.
 
+use std::num::NonZero;
 use std::ops::ControlFlow;
 use std::sync::mpsc;
+use std::thread::available_parallelism;
 use std::time::{Duration, Instant};
 
 use tokio::sync::oneshot;
@@ -19,6 +21,8 @@ pub(super) struct Workbench {
     slices: mpsc::Sender<Slice>,
     activity: Activity,
     cpu_share: f64,
+    /// Threads that work may be shared among while nobody else is there.
+    n_threads: NonZero<usize>,
 }
 
 impl Workbench {
@@ -34,8 +38,14 @@ impl Workbench {
             }
         };
         std::thread::Builder::new().name("job".to_owned()).spawn(work).map_err(Error::internal)?;
-        let cpu_share = service.settings.jobs.cpu_share;
-        Ok(Self { slices, activity: service.activity.clone(), cpu_share })
+        let settings = &service.settings.jobs;
+        let n_threads = NonZero::new(settings.n_threads).or_else(|| available_parallelism().ok());
+        Ok(Self {
+            slices,
+            activity: service.activity.clone(),
+            cpu_share: settings.cpu_share,
+            n_threads: n_threads.unwrap_or(NonZero::<usize>::MIN),
+        })
     }
 
     /// Computes a slice of work, then rests as long as the share of the processor asks for.
@@ -66,8 +76,10 @@ impl Workbench {
     ) -> Result<Pieces<'_, T, R>, Error> {
         let (tell, told) = tokio::sync::mpsc::channel(1);
         let (go, go_on) = mpsc::channel();
-        let result =
-            self.begin(move || work(&mut Teller { tell, go_on, begun: Instant::now() }))?;
+        let (activity, n_threads) = (self.activity.clone(), self.n_threads);
+        let result = self.begin(move || {
+            work(&mut Teller { tell, go_on, begun: Instant::now(), activity, n_threads })
+        })?;
         Ok(Pieces { bench: self, told, go, result, spent: None })
     }
 
@@ -103,9 +115,16 @@ pub(super) struct Teller<T> {
     tell: tokio::sync::mpsc::Sender<(T, Duration)>,
     go_on: mpsc::Receiver<()>,
     begun: Instant,
+    activity: Activity,
+    n_threads: NonZero<usize>,
 }
 
 impl<T> Teller<T> {
+    /// Threads that the next piece may be shared among.
+    pub(super) fn n_threads(&self) -> NonZero<usize> {
+        if self.activity.is_busy() { NonZero::<usize>::MIN } else { self.n_threads }
+    }
+
     /// Tells of a piece that is done, and waits. Breaks if nobody wants more.
     pub(super) fn tell(&mut self, piece: T) -> ControlFlow<()> {
         let told = self.tell.blocking_send((piece, self.begun.elapsed()));

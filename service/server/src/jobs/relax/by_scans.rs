@@ -58,7 +58,9 @@ impl Relaxing<'_> {
         saved: &Saved,
     ) -> Result<LaserOutcome, Stopped> {
         let mut pieces = self.bench.pieces(move |teller| {
-            driven::relaxed(travel, &switched_off, |progress| teller.tell(progress))
+            driven::relaxed(travel, &switched_off, teller.n_threads(), |progress| {
+                teller.tell(progress).map_continue(|()| teller.n_threads())
+            })
         })?;
         let (mut reported, mut stage, mut n_stages) = (Instant::now(), None, 0);
         loop {

@@ -1,5 +1,6 @@
 //! A session's way as its scans tell of it: with live poses, relaxed, and what is kept of that.
 
+use std::num::NonZero;
 use std::ops::ControlFlow;
 
 use meetpoint_geometry::Pose;
@@ -113,22 +114,26 @@ impl Driven {
     }
 }
 
-/// Relaxes a travel slice by slice and tells how far it is; `None` if it was told to stop.
+/// Relaxes a travel slice by slice on `n_threads` threads and tells how far it is; is told in return how
+/// many the next slice may have, or to stop, which gives `None`.
 ///
 /// # Errors
 /// [`Error::Internal`] for parameters that nobody can draw by.
 pub(super) fn relaxed(
     travel: LaserTravel,
     switched_off: &[[i64; 2]],
-    mut tell: impl FnMut(LaserProgress) -> ControlFlow<()>,
+    n_threads: NonZero<usize>,
+    mut tell: impl FnMut(LaserProgress) -> ControlFlow<(), NonZero<usize>>,
 ) -> Result<Option<LaserOutcome>, Error> {
     let keys = switched_off.iter().map(|&[from_ns, to_ns]| ClosureKey { from_ns, to_ns });
     let keys: Vec<ClosureKey> = keys.collect();
     let relaxation = LaserRelaxation::new(travel, LaserRelaxationParams::INDOOR, &keys);
     let mut relaxation = relaxation.map_err(|error| Error::internal(format!("{error:?}")))?;
+    relaxation.use_threads(n_threads);
     while let Some(progress) = relaxation.advance() {
-        if tell(progress).is_break() {
-            return Ok(None);
+        match tell(progress) {
+            ControlFlow::Continue(n_threads) => relaxation.use_threads(n_threads),
+            ControlFlow::Break(()) => return Ok(None),
         }
     }
     Ok(Some(relaxation.into_outcome()))
