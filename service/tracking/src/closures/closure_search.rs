@@ -30,19 +30,17 @@ pub(crate) struct ClosureSearch {
     /// What was guessed when a pair was last matched, and its deviation.
     tried: BTreeMap<SubmapPair, (Pose, f64)>,
     charts: SubmapCharts,
-    /// Where the submaps before the next one may lie, as far as they were not laid there.
+    /// Where the submap before the next one may lie, as far as it was not laid there.
     guesses: VecDeque<Guess>,
-    /// Closures of those submaps that were accepted.
+    /// Closures of that submap that were accepted.
     n_accepted: usize,
     next: usize,
     n_passes: u32,
     n_accepted_in_pass: usize,
 }
 
-/// Submaps whose candidates are found at once: the graph is not optimised between them.
-const N_SUBMAPS: usize = 1;
-/// Candidates that a thread looks at in a slice: some 10 milliseconds each.
-const N_A_THREAD: usize = 2;
+/// Candidates that a thread looks at in a slice: up to some 10 milliseconds each.
+const N_A_THREAD: usize = 3;
 /// A guess is another if it or its deviation changed by this share of the deviation.
 const SAME_SHARE: f64 = 0.3;
 
@@ -85,9 +83,8 @@ impl ClosureSearch {
             }
             (self.next, self.n_accepted_in_pass) = (0, 0);
         }
-        let end = (self.next + N_SUBMAPS).min(self.graph.submaps.len());
-        self.guesses = (self.next..end).flat_map(|to| self.guesses_of(to, evidence)).collect();
-        self.next = end;
+        self.guesses = self.guesses_of(self.next, evidence).into();
+        self.next += 1;
         true
     }
 
@@ -132,7 +129,7 @@ impl ClosureSearch {
         nearest
     }
 
-    /// Matches submaps with those that they may lie near.
+    /// Matches a submap with some that it may lie near.
     fn consider(&mut self, guesses: Vec<Guess>, evidence: Evidence<'_>) {
         let mut open = Vec::new();
         for guess in guesses {

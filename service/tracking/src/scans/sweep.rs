@@ -42,7 +42,7 @@ const MET_SHARE_MIN: f64 = 0.15;
 /// Pairs that a thread takes at once: some tenths of a millisecond.
 const N_AT_ONCE: usize = 32;
 /// A pair that moved by less, in metres and radians, is not matched again.
-const MOVED_MIN: f64 = 3e-4;
+const MOVED_MIN: f64 = 1e-3;
 
 impl Sweeps {
     /// Sweeps over some pairs, with edges that stay as they are.
