@@ -313,6 +313,15 @@ mod tests {
     }
 
     proptest! {
+        /// By the definition: the eigenvector of the smaller eigenvalue, from the half of the angle.
+        #[test]
+        fn across_is_by_the_half_of_the_angle(x in -5.0_f64..5.0, y in -5.0_f64..5.0) {
+            let (sin, cos) = (0.5 * y.atan2(x)).sin_cos();
+            let found = across(x, y, x.hypot(y));
+            let error = found.perp(&Vector2::new(-sin, cos)).abs();
+            prop_assert!(error < 1e-9 && (found.norm() - 1.0).abs() < 1e-9, "{found}");
+        }
+
         /// By the definition: of all facets that face that way and lie within reach, the nearest.
         #[test]
         fn finds_the_nearest_facet(index in 0_usize..300, x in -0.04_f32..0.04, y in -0.04_f32..0.04) {

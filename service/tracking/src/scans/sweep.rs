@@ -66,8 +66,8 @@ impl Sweeps {
         self.matched_at.fill(None);
     }
 
-    /// Matches the next pairs on some threads, until `n_max` of them have been. False when none is left in
-    /// this sweep.
+    /// Matches the next pairs on some threads, until `n_max` of them have been. False, and nothing done,
+    /// when none was left in this sweep.
     pub(crate) fn match_some(
         &mut self,
         keys: &[KeyScan],
@@ -75,6 +75,9 @@ impl Sweeps {
         params: &PairParams,
         (n_max, n_threads): (usize, NonZero<usize>),
     ) -> bool {
+        if self.next == self.pairs.len() {
+            return false;
+        }
         let mut moved = Vec::new();
         while self.next < self.pairs.len() && moved.len() < n_max {
             let (a, b) = self.pairs[self.next];
@@ -92,7 +95,7 @@ impl Sweeps {
         for (pair, both) in moved.into_iter().zip(edges) {
             self.edges[2 * pair..2 * pair + 2].copy_from_slice(&both);
         }
-        self.next < self.pairs.len()
+        true
     }
 
     /// Leaves out those of the first `n` of the other edges whose square is larger than `chi2_max`.
