@@ -6,4 +6,5 @@ pub(crate) mod peaks;
 pub(crate) mod points;
 pub(crate) mod pyramid;
 pub(crate) mod search;
+pub(crate) mod tile_hashing;
 pub(crate) mod wide_search;

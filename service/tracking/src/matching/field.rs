@@ -13,11 +13,11 @@
 //! the one built anew, bit for bit.
 
 use std::collections::HashMap;
-use std::hash::{BuildHasherDefault, Hasher};
 
 use meetpoint_geometry::{Cell, Point2};
 use meetpoint_occupancy::{Grid, HitMean, TILE_CELLS, Tile, TileIndex};
 
+use crate::matching::tile_hashing::TileHashing;
 use crate::params::FieldParams;
 
 /// Cells that a tile holds beyond its own on the high sides, copies of its neighbours', so that a
@@ -339,32 +339,6 @@ pub(crate) fn tile_place(cell: Cell) -> (TileIndex, usize) {
 pub(crate) fn floor_cell(u: f64, v: f64) -> Cell {
     const FAR: f64 = (1 << 28) as f64;
     Cell { x: u.floor().clamp(-FAR, FAR) as i32, y: v.floor().clamp(-FAR, FAR) as i32 }
-}
-
-/// Hashing for maps of tiles.
-pub(crate) type TileHashing = BuildHasherDefault<TileHasher>;
-
-/// Multiplies and rotates: tile indices are small numbers that nobody chooses to collide.
-#[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct TileHasher(u64);
-
-impl Hasher for TileHasher {
-    fn write(&mut self, bytes: &[u8]) {
-        for &byte in bytes {
-            self.write_i32(i32::from(byte));
-        }
-    }
-
-    #[inline]
-    fn write_i32(&mut self, number: i32) {
-        let mixed = self.0.rotate_left(29) ^ u64::from(number.cast_unsigned());
-        self.0 = mixed.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    }
-
-    #[inline]
-    fn finish(&self) -> u64 {
-        self.0 ^ (self.0 >> 32)
-    }
 }
 
 #[cfg(test)]

@@ -13,12 +13,11 @@ use std::collections::HashMap;
 use meetpoint_geometry::{Cell, Point2};
 use meetpoint_occupancy::TileIndex;
 
-use crate::matching::field::{
-    BLOCK_CELLS, FULL, Field, FieldTile, STRIDE, TileHashing, tile_place,
-};
+use crate::matching::field::{BLOCK_CELLS, FULL, Field, FieldTile, STRIDE, tile_place};
 use crate::matching::search::{
     Candidate, N_POINTS_MAX, Prior, Window, block_lows, headings, place_points, search_block,
 };
+use crate::matching::tile_hashing::TileHashing;
 
 /// Blocks along a side of a tile.
 const N_BLOCKS: usize = 4;
