@@ -1,10 +1,12 @@
-//! Buildings drawn as text.
+//! Buildings drawn as text, or made of an image's cells.
 
 use std::collections::BTreeMap;
 
 use meetpoint_geometry::{Cell, GridFrame, GridInfo, Point2};
 
-/// Walls and free space of one level, and places with names.
+use crate::person::Person;
+
+/// Walls and free space of one level, places with names, doors, and people who are there now.
 ///
 /// Its frame has the origin at the lower-left corner of the drawing, x to the right, y up, metres.
 #[derive(Clone, Debug)]
@@ -13,6 +15,8 @@ pub struct Building {
     /// Invariant: `info.n_cells()` values, row-major, the lowest row first.
     walls: Vec<bool>,
     places: BTreeMap<char, Point2<f64>>,
+    doors: BTreeMap<char, Vec<Cell>>,
+    people: Vec<Person>,
 }
 
 /// Why a text is not the drawing of a building.
@@ -33,6 +37,8 @@ pub enum InvalidBuilding {
     },
     /// Two places have this name.
     PlaceTwice(char),
+    /// An image has this many cells, and not width times height.
+    CellCount(usize),
 }
 
 impl std::fmt::Display for InvalidBuilding {
@@ -44,9 +50,10 @@ impl std::fmt::Display for InvalidBuilding {
             }
             Self::Symbol { symbol, line, column } => {
                 write!(f, "`{symbol}` in line {line}, column {column} means nothing; ")?;
-                write!(f, "known are `#`, `.`, blank and letters")
+                write!(f, "known are `#`, `.`, blank, digits and letters")
             }
             Self::PlaceTwice(name) => write!(f, "the place `{name}` is drawn twice"),
+            Self::CellCount(n) => write!(f, "{n} cells are not width times height"),
         }
     }
 }
@@ -55,9 +62,9 @@ impl std::error::Error for InvalidBuilding {}
 
 impl Building {
     /// Reads a drawing, its top line being the highest y: `#` is wall, `.` and blank are free, a
-    /// letter is a named place at the middle of a free character. Each character is a square of
-    /// `character_m` metres; short lines go on free; lines are taken without the indentation that
-    /// all of them share.
+    /// letter is a named place at the middle of a free character, and characters of the same digit
+    /// are a door, open at first. Each character is a square of `character_m` metres; short lines go
+    /// on free; lines are taken without the indentation that all of them share.
     ///
     /// # Errors
     /// [`InvalidBuilding`] if there is no drawing, no such length, or no such symbol.
@@ -71,8 +78,7 @@ impl Building {
             return Err(InvalidBuilding::Empty);
         };
         let info = GridInfo { frame, first: Cell { x: 0, y: 0 }, width, height };
-        let mut building =
-            Self { info, walls: vec![false; info.n_cells()], places: BTreeMap::new() };
+        let mut building = Self::of_walls(info, vec![false; info.n_cells()]);
         for (index, line) in lines.iter().enumerate() {
             for (column, symbol) in line.chars().enumerate() {
                 let cell = Cell { x: signed(column), y: signed(lines.len() - 1 - index) };
@@ -81,6 +87,28 @@ impl Building {
             }
         }
         Ok(building)
+    }
+
+    /// A building made of cells of `cell_m` metres, `true` being wall: row-major, the lowest row first,
+    /// as many as `width` times the rows that there are.
+    ///
+    /// # Errors
+    /// [`InvalidBuilding`] if there is no cell, no such length, or a row that is not full.
+    pub fn from_cells(walls: Vec<bool>, width: u32, cell_m: f64) -> Result<Self, InvalidBuilding> {
+        let frame = GridFrame::new(cell_m).map_err(|_| InvalidBuilding::CharacterSize(cell_m))?;
+        let side = |n: usize| u32::try_from(n).ok().filter(|&n| 0 < n && i32::try_from(n).is_ok());
+        let n_columns = side(width as usize).ok_or(InvalidBuilding::Empty)?;
+        let height = side(walls.len() / width as usize).ok_or(InvalidBuilding::Empty)?;
+        if !walls.len().is_multiple_of(width as usize) {
+            return Err(InvalidBuilding::CellCount(walls.len()));
+        }
+        let info = GridInfo { frame, first: Cell { x: 0, y: 0 }, width: n_columns, height };
+        Ok(Self::of_walls(info, walls))
+    }
+
+    /// `walls` as the field of that name.
+    fn of_walls(info: GridInfo, walls: Vec<bool>) -> Self {
+        Self { info, walls, places: BTreeMap::new(), doors: BTreeMap::new(), people: Vec::new() }
     }
 
     fn draw(
@@ -96,6 +124,7 @@ impl Building {
                 }
             }
             '.' | ' ' => {}
+            name if name.is_ascii_digit() => self.doors.entry(name).or_default().push(cell),
             name if name.is_alphabetic() => {
                 let center = self.info.frame.center_of(cell);
                 if self.places.insert(name, center).is_some() {
@@ -122,7 +151,33 @@ impl Building {
         names.chars().map(|name| self.place(name)).collect()
     }
 
-    /// True if a cell is drawn as wall; what lies outside the drawing is none.
+    /// Closes the door of that digit, or opens it; false if there is none.
+    pub fn set_door(&mut self, name: char, is_closed: bool) -> bool {
+        let cells = self.doors.get(&name).map_or(&[][..], Vec::as_slice);
+        for &cell in cells {
+            if let Some(index) = self.info.index_of(cell) {
+                self.walls[index] = is_closed;
+            }
+        }
+        !cells.is_empty()
+    }
+
+    /// The cells of the door of that digit; none if there is no such door.
+    pub fn door(&self, name: char) -> &[Cell] {
+        self.doors.get(&name).map_or(&[], Vec::as_slice)
+    }
+
+    /// Who is there now: sensors see them, [`Building::is_free`] does not.
+    pub fn people(&self) -> &[Person] {
+        &self.people
+    }
+
+    /// Puts people where they are now, instead of those who were there.
+    pub fn set_people(&mut self, people: Vec<Person>) {
+        self.people = people;
+    }
+
+    /// True if a cell is wall or a closed door; what lies outside the drawing is none.
     pub fn is_wall(&self, cell: Cell) -> bool {
         self.info.index_of(cell).is_some_and(|index| self.walls[index])
     }
@@ -224,6 +279,32 @@ pub(crate) mod tests {
     }
 
     #[test]
+    fn doors_open_and_close() {
+        let mut rooms = Building::from_drawing("#####\n#A1B#\n#####", 1.0).expect("a drawing");
+        let a = rooms.place('A').expect("a place");
+        let range_m = |rooms: &Building| rooms.range_m(a, 0.0, 9.0).expect("a wall");
+        assert_eq!(range_m(&rooms), 2.5, "open: through to the far wall");
+        assert!(rooms.set_door('1', true), "there is such a door");
+        assert_eq!(range_m(&rooms), 0.5, "closed");
+        assert_eq!(rooms.door('1'), [Cell { x: 2, y: 1 }], "one cell");
+        assert!(rooms.set_door('1', false), "opened again");
+        assert_eq!(range_m(&rooms), 2.5, "as before");
+        assert!(!rooms.set_door('2', true), "no such door");
+    }
+
+    #[test]
+    fn made_of_cells() {
+        let walls = vec![true, true, true, false, true, false];
+        let building = Building::from_cells(walls.clone(), 3, 0.5).expect("two rows of three");
+        assert!(building.is_wall(Cell { x: 2, y: 0 }), "the lowest row is the first");
+        assert!(!building.is_wall(Cell { x: 2, y: 1 }), "and the next above it");
+        let wrong = |width, cell_m| Building::from_cells(walls.clone(), width, cell_m).err();
+        assert_eq!(wrong(4, 0.5), Some(InvalidBuilding::CellCount(6)), "a row that is not full");
+        assert_eq!(wrong(0, 0.5), Some(InvalidBuilding::Empty), "no column");
+        assert_eq!(wrong(3, -1.0), Some(InvalidBuilding::CharacterSize(-1.0)), "no length");
+    }
+
+    #[test]
     fn says_what_is_wrong() {
         let message = |drawing: &str, character_m: f64| {
             Building::from_drawing(drawing, character_m).expect_err("no building").to_string()
@@ -236,7 +317,7 @@ pub(crate) mod tests {
         );
         assert_eq!(
             message("##\n#?", 1.0),
-            "`?` in line 2, column 2 means nothing; known are `#`, `.`, blank and letters",
+            "`?` in line 2, column 2 means nothing; known are `#`, `.`, blank, digits and letters",
             "symbol"
         );
         assert_eq!(message("A.A", 1.0), "the place `A` is drawn twice", "twice");

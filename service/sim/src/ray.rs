@@ -15,16 +15,44 @@ use meetpoint_geometry::{Cell, GridFrame, Point2, Vector2};
 
 use crate::building::Building;
 
+/// Where a ray ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// Distance from where the ray begins, in metres; 0 from within a wall.
+    pub range_m: f64,
+    /// Angle between the ray and the normal of what it hits, in radians, in [0, π/2]: 0 is head-on.
+    pub incidence_rad: f64,
+}
+
 impl Building {
     /// Distance in metres from `from` along `bearing_rad` (in the building's frame) to the first
-    /// wall, if there is one no farther than `range_max_m`; 0 from within a wall.
+    /// wall, closed door or person, if there is one no farther than `range_max_m`; 0 from within.
     pub fn range_m(&self, from: Point2<f64>, bearing_rad: f64, range_max_m: f64) -> Option<f64> {
+        self.hit(from, bearing_rad, range_max_m).map(|hit| hit.range_m)
+    }
+
+    /// What a ray hits first, as [`Building::range_m`].
+    pub fn hit(&self, from: Point2<f64>, bearing_rad: f64, range_max_m: f64) -> Option<Hit> {
         let direction = Vector2::new(bearing_rad.cos(), bearing_rad.sin());
+        let wall = self.wall_hit(from, direction, range_max_m);
+        let people = self.people().iter().filter_map(|person| person.hit(from, direction));
+        people
+            .chain(wall)
+            .filter(|hit| hit.range_m <= range_max_m)
+            .min_by(|a, b| a.range_m.total_cmp(&b.range_m))
+    }
+
+    fn wall_hit(
+        &self,
+        from: Point2<f64>,
+        direction: Vector2<f64>,
+        range_max_m: f64,
+    ) -> Option<Hit> {
         let mut walk = Walk::new(self.info().frame, from, direction);
         let mut range_m = 0.0;
         while range_m <= range_max_m {
             if self.is_wall(walk.cell) {
-                return Some(range_m);
+                return Some(Hit { range_m, incidence_rad: walk.incidence_rad() });
             }
             range_m = walk.step();
         }
@@ -38,11 +66,18 @@ struct Walk {
     from: Point2<f64>,
     direction: Vector2<f64>,
     cell: Cell,
+    /// How fast the ray goes across the border that it crossed last, in 0..=1.
+    across: f64,
 }
 
 impl Walk {
     fn new(frame: GridFrame, from: Point2<f64>, direction: Vector2<f64>) -> Self {
-        Self { frame, from, direction, cell: frame.cell_at(from) }
+        Self { frame, from, direction, cell: frame.cell_at(from), across: 1.0 }
+    }
+
+    /// Angle between the ray and the normal of the border that it crossed last, in radians.
+    fn incidence_rad(&self) -> f64 {
+        self.across.clamp(0.0, 1.0).acos()
     }
 
     /// Goes into the next cell; how far from the start its border is, in metres.
@@ -53,9 +88,11 @@ impl Walk {
         let to_end_m = distance_m(self.from.y, self.direction.y, low.y, high.y);
         if to_side_m <= to_end_m {
             self.cell.x += if self.direction.x < 0.0 { -1 } else { 1 };
+            self.across = self.direction.x.abs();
             to_side_m
         } else {
             self.cell.y += if self.direction.y < 0.0 { -1 } else { 1 };
+            self.across = self.direction.y.abs();
             to_end_m
         }
     }
@@ -90,6 +127,17 @@ mod tests {
         assert!((slanted_m - 0.75 * 2.0_f64.sqrt()).abs() < 1e-12, "{slanted_m} to the upper wall");
         assert_eq!(room.range_m(from, 0.0, 2.4), None, "beyond the range");
         assert_eq!(room.range_m(Point2::new(0.5, 0.5), 0.0, 9.0), Some(0.0), "within a wall");
+    }
+
+    #[test]
+    fn incidence_is_measured_from_the_normal() {
+        let room = Building::from_drawing("#####\n#   #\n#   #\n#####", 1.0).expect("a drawing");
+        let from = Point2::new(1.5, 2.25);
+        let incidence_rad =
+            |bearing_rad: f64| room.hit(from, bearing_rad, 9.0).expect("a wall").incidence_rad;
+        assert!(incidence_rad(0.0) < 1e-6, "head-on");
+        assert!((incidence_rad(0.2) - 0.2).abs() < 1e-9, "the far wall, a little aslant");
+        assert!((incidence_rad(FRAC_PI_2 - 0.3) - 0.3).abs() < 1e-9, "the upper wall");
     }
 
     #[test]
