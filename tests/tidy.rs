@@ -7,13 +7,14 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 /// Crates that compute and know nothing of networks, databases or runtimes.
-const PURE_CRATES: [&str; 7] = [
+const PURE_CRATES: [&str; 8] = [
     "service/geometry",
     "service/occupancy",
     "service/tracking",
     "service/topology",
     "service/planning",
     "service/relaxation",
+    "service/merging",
     "service/sim",
 ];
 /// What they must not know.

@@ -26,6 +26,10 @@ pub use live::observation::{
     Estimate, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
 };
 pub use live::state::InvalidState;
+pub use matching::field::Field;
+pub use matching::peaks::{PeakParams, peaks_in_window};
+pub use matching::pyramid::Pyramid;
+pub use matching::search::{Candidate, Window};
 pub use params::{FieldParams, MappingParams, MatchParams, TrustParams};
 pub use relaxation_params::{ClosureParams, LaserRelaxationParams};
 pub use scans::calibration::Calibration;
@@ -34,3 +38,4 @@ pub use scans::key_scan::KeyScanParams;
 pub use scans::laser_travel::{DrivenScan, LaserTravel, TravelLaser};
 pub use scans::neighbours::NeighbourParams;
 pub use sharpness::Sharpness;
+pub use side_by_side::side_by_side;

@@ -7,7 +7,7 @@ use std::sync::{Mutex, PoisonError};
 
 /// The work done on each item, on at most `n_threads` threads, each of which takes the next item when it
 /// is done with one. Starting a thread takes some 20 microseconds: items are worth it together.
-pub(crate) fn side_by_side<I: Send, T: Send>(
+pub fn side_by_side<I: Send, T: Send>(
     items: impl IntoIterator<Item = I>,
     n_threads: NonZero<usize>,
     work: impl Fn(I) -> T + Sync,

@@ -45,7 +45,7 @@ pub(crate) struct FieldTile {
 
 /// The likelihood field of a grid.
 #[derive(Clone, Debug)]
-pub(crate) struct Field {
+pub struct Field {
     resolution_m: f64,
     occupied_log_odds_min: f32,
     /// A wall reaches this many cells.
@@ -81,7 +81,7 @@ impl Rect {
 
 impl Field {
     /// The field of a grid.
-    pub(crate) fn new(grid: &Grid, params: &FieldParams) -> Self {
+    pub fn new(grid: &Grid, params: &FieldParams) -> Self {
         let resolution_m = grid.frame().resolution_m();
         let std_cells = (params.hit_std_m / resolution_m).max(STD_CELLS_MIN);
         let radius = reach_cells(std_cells);

@@ -15,17 +15,17 @@ use crate::matching::search::{Candidate, Window, headings, place_points};
 
 /// What counts as a place of its own, and which are looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PeakParams {
+pub struct PeakParams {
     /// Lower scores are no match.
-    pub(crate) score_min: f64,
+    pub score_min: f64,
     /// Scores lower than this share of the best are no rivals.
-    pub(crate) rival_share: f64,
+    pub rival_share: f64,
     /// Two poses as far apart as this are two, in metres...
-    pub(crate) apart_m: f64,
+    pub apart_m: f64,
     /// ...or as this, in radians.
-    pub(crate) apart_rad: f64,
+    pub apart_rad: f64,
     /// No more are kept.
-    pub(crate) n_max: usize,
+    pub n_max: usize,
 }
 
 /// A square of shifts at one heading.
@@ -48,8 +48,8 @@ struct Shifts<'a> {
 
 /// The poses of the window's lattice where the points fit, best first; no two of them near each other.
 /// Of each heading and coarsest square only the best counts. The score is the mean of the field, in
-/// 0..=1.
-pub(crate) fn peaks_in_window(
+/// 0..=1. The pyramid reaches all cells that the field has and the points may come to.
+pub fn peaks_in_window(
     (field, pyramid): (&Field, &Pyramid),
     points: &[Point2<f64>],
     window: &Window,

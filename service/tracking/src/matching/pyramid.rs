@@ -19,7 +19,7 @@ pub(crate) const LEVELS: [u32; 4] = [5, 3, 1, 0];
 
 /// What of a field lies in a square about the origin, at all of [`LEVELS`].
 #[derive(Clone, Debug)]
-pub(crate) struct Pyramid {
+pub struct Pyramid {
     first: Cell,
     half: i32,
     width: usize,
@@ -29,7 +29,7 @@ pub(crate) struct Pyramid {
 
 impl Pyramid {
     /// Of the cells up to `half` from the origin along each axis.
-    pub(crate) fn new(field: &Field, half: i32) -> Self {
+    pub fn new(field: &Field, half: i32) -> Self {
         // Squares begin up to a coarsest square's edge before what they bound.
         let margin = 1 << LEVELS[0];
         let (low, high) = drawn_part(field, half);

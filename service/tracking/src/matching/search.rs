@@ -22,15 +22,15 @@ const N_STEPS_MAX: f64 = 1024.0;
 
 /// Where to search.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Window {
+pub struct Window {
     /// The middle.
-    pub(crate) center: Pose,
+    pub center: Pose,
     /// Half its side, in metres.
-    pub(crate) half_m: f64,
+    pub half_m: f64,
     /// Half its headings, in radians.
-    pub(crate) half_rad: f64,
+    pub half_rad: f64,
     /// From one heading to the next, in radians.
-    pub(crate) step_rad: f64,
+    pub step_rad: f64,
 }
 
 /// What it costs to lie away from the prediction.
@@ -56,10 +56,11 @@ impl Prior {
 
 /// A pose and its score.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Candidate {
-    pub(crate) pose: Pose,
+pub struct Candidate {
+    /// The pose.
+    pub pose: Pose,
     /// Mean of the field less the prior's loss.
-    pub(crate) score: f64,
+    pub score: f64,
 }
 
 impl Window {

@@ -1,0 +1,43 @@
+//! What is merged without a person.
+
+/// The rules by which an alignment becomes [`Merged`](crate::Verdict::Merged) or
+/// [`Proposed`](crate::Verdict::Proposed). Merging wrongly is worse than not merging: where a rule is not
+/// met, a person is asked.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MergeRules {
+    /// Walls that a map must show before anything is said, in metres.
+    pub walls_min_m: f64,
+    /// Logarithm of the odds against no overlap that merging needs.
+    pub log_odds_min: f64,
+    /// The same for a proposal: below it, there is no overlap.
+    pub log_odds_proposed_min: f64,
+    /// Logarithm of the odds against any other place, and against having slid, that merging needs; with
+    /// less the place is ambiguous.
+    pub margin_min: f64,
+    /// Area that both maps must have seen, in square metres.
+    pub overlap_min_m2: f64,
+    /// Share of the walls in the overlap that must agree.
+    pub agreement_min: f64,
+    /// Share of the walls in the overlap that may lie where the other map is free: doors that opened or
+    /// closed, chairs and people.
+    pub contradiction_max: f64,
+    /// The same for a proposal: more is no overlap.
+    pub contradiction_proposed_max: f64,
+    /// Standard deviation of the place at the overlap, in metres.
+    pub std_max_m: f64,
+}
+
+impl MergeRules {
+    /// For 2-D lasers in buildings.
+    pub const INDOOR: Self = Self {
+        walls_min_m: 10.0,
+        log_odds_min: 25.0,
+        log_odds_proposed_min: 10.0,
+        margin_min: 6.0,
+        overlap_min_m2: 15.0,
+        agreement_min: 0.6,
+        contradiction_max: 0.15,
+        contradiction_proposed_max: 0.3,
+        std_max_m: 0.2,
+    };
+}

@@ -1,0 +1,57 @@
+//! For every cell of a ground the nearest wall, as far as one is near.
+
+use meetpoint_geometry::{Cell, Point2};
+
+use crate::ground::Ground;
+use crate::walls::Wall;
+
+/// Walls farther than this are not near, in metres.
+pub(crate) const REACH_M: f64 = 0.8;
+/// Stands for no wall.
+const NONE: u32 = u32::MAX;
+
+/// The nearest walls.
+#[derive(Clone, Debug)]
+pub(crate) struct NearestWalls {
+    /// In the order of the ground's cells: by the distance from the cell's middle.
+    indices: Vec<u32>,
+}
+
+impl NearestWalls {
+    /// Of some walls. Time O(walls).
+    pub(crate) fn new(ground: &Ground, walls: &[Wall]) -> Self {
+        let n_cells = ground.info.n_cells();
+        let (mut indices, mut squares) = (vec![NONE; n_cells], vec![f32::INFINITY; n_cells]);
+        #[expect(clippy::cast_possible_truncation, reason = "a few cells")]
+        let reach = (REACH_M / ground.edge_m()).ceil() as i32;
+        for (number, wall) in (0_u32..).zip(walls) {
+            let cell = ground.info.frame.cell_at(wall.at);
+            for y in cell.y - reach..=cell.y + reach {
+                for x in cell.x - reach..=cell.x + reach {
+                    let near = Cell { x, y };
+                    let Some(index) = ground.info.index_of(near) else { continue };
+                    #[expect(clippy::cast_possible_truncation, reason = "a distance of cells")]
+                    let square =
+                        (ground.info.frame.center_of(near) - wall.at).norm_squared() as f32;
+                    if square < squares[index] {
+                        squares[index] = square;
+                        indices[index] = number;
+                    }
+                }
+            }
+        }
+        Self { indices }
+    }
+
+    /// The wall nearest to the middle of the cell that holds a point.
+    #[inline]
+    pub(crate) fn near<'a>(
+        &self,
+        ground: &Ground,
+        walls: &'a [Wall],
+        point: Point2<f64>,
+    ) -> Option<&'a Wall> {
+        let index = ground.info.index_of(ground.info.frame.cell_at(point))?;
+        walls.get(self.indices[index] as usize)
+    }
+}
