@@ -13,4 +13,5 @@ mod smooth;
 mod squares;
 mod topological;
 mod triplets;
+mod value_iteration;
 mod visibility;
