@@ -32,6 +32,8 @@ impl Whole {
     ) -> Option<Self> {
         let known = (&keys.steps[..], &hypothesis.poses[..]);
         let before = poses_at_all_steps(travel, known, &hypothesis.calibration);
+        // A search begins where something is seen first; the travel's frame is its first pose.
+        let before = seen_from_the_first(&before);
         let mut association = vec![None; travel.n_sightings()];
         for (&sighting, &landmark) in keys.sightings.iter().zip(&hypothesis.association) {
             association[sighting] = landmark;
@@ -49,6 +51,11 @@ impl Whole {
         let moved_m = mean_distance_m(&before, &fit.poses);
         Some(Self { association, fit, moved_m })
     }
+}
+
+fn seen_from_the_first(poses: &[Pose]) -> Vec<Pose> {
+    let Some(first) = poses.first() else { return Vec::new() };
+    poses.iter().map(|&pose| first.step_to(pose)).collect()
 }
 
 fn mean_distance_m(before: &[Pose], after: &[Pose]) -> f64 {

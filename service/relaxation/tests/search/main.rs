@@ -142,6 +142,27 @@ fn a_drifting_robot_finds_its_loop() {
 }
 
 #[test]
+fn the_frame_is_the_first_pose_also_where_nothing_is_seen() {
+    let corners = [0, 1, 2, 3, 0, 1, 2];
+    let mut travel = travel(&square(&corners), 0.01, 7);
+    // Two metres backward, then a turn, before anything is seen.
+    let lead = Pose::new(-2.0, 0.0, 0.0) * Pose::new(0.0, 0.0, 2.0);
+    let legs = vec![Pose::new(-1.0, 0.0, 0.0), Pose::new(-1.0, 0.0, 0.0), Pose::new(0.0, 0.0, 2.0)];
+    travel.steps[0].motion = Motion::new(legs);
+    let nowhere = Step { motion: Motion::NONE, sightings: Vec::new() };
+    travel.steps.insert(0, nowhere);
+    let mut relaxation = Relaxation::new(&travel, RelaxationParams::of(&travel));
+    while !relaxation.advance().is_done {}
+    let outcome = relaxation.outcome().expect("sightings were given");
+    assert!(outcome.poses[0].distance_m() < 1e-6, "{:?}", outcome.poses[0]);
+    assert!(outcome.poses[0].theta_rad.abs() < 1e-6, "{:?}", outcome.poses[0]);
+    for (landmark, corner) in outcome.landmarks.iter().zip(square(&[0, 1, 2, 3])) {
+        let off = landmark.position - lead * corner;
+        assert!(off.norm() < 1.0, "{landmark:?} {corner}");
+    }
+}
+
+#[test]
 fn put_down_and_taken_up_at_every_piece_it_ends_the_same() {
     let travel = travel(&square(&[0, 1, 2, 3, 0, 1, 2]), 0.01, 3);
     let params = RelaxationParams::of(&travel);

@@ -9,7 +9,7 @@ use meetpoint_storage::SessionRecord;
 use super::super::running::Stopped;
 use super::super::workbench::{Next, Teller};
 use super::course::Course;
-use super::finding::{anchored, finding};
+use super::finding::finding;
 use super::grid_landmarks::{self, Told, with_grid_landmarks};
 use super::saved::{Kept, Method, Saved, UnderWay};
 use super::solver::{Milestone, Piece, Reckoning, relaxed};
@@ -104,7 +104,7 @@ impl Relaxing<'_> {
         loop {
             let Piece { share: of_rest, milestone } = match pieces.next().await? {
                 Next::Piece(piece) => piece,
-                Next::Done(Ok(Some(outcome))) => return Ok(anchored(outcome)),
+                Next::Done(Ok(Some(outcome))) => return Ok(outcome),
                 Next::Done(Ok(None)) => return Err(Stopped::Left),
                 Next::Done(Err(problem)) => return Err(cannot_relax(record, problem)),
             };

@@ -11,7 +11,6 @@ use super::course::Course;
 use super::grid_landmarks;
 use super::spread::spread_m;
 use super::stations::Stations;
-use crate::convert::landmark::turned;
 use crate::convert::pose;
 use crate::convert::relaxation::{RelaxedLandmark, RelaxedSession};
 
@@ -84,25 +83,6 @@ fn points<'a>(
 
 pub(super) fn count(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
-}
-
-/// What was found as it is seen from the travel's start: a relaxation may fix another place, that of the
-/// first sighting.
-pub(super) fn anchored(mut found: Outcome) -> Outcome {
-    let Some(&start) = found.poses.first() else { return found };
-    let start_from_found = start.inverse();
-    for pose in &mut found.poses {
-        *pose = start_from_found * *pose;
-    }
-    for landmark in &mut found.landmarks {
-        landmark.position = start_from_found * landmark.position;
-        let covariance_m2 = &mut landmark.covariance_m2;
-        let found = [covariance_m2[(0, 0)], covariance_m2[(0, 1)], covariance_m2[(1, 1)]];
-        let [xx, xy, yy] = turned(start_from_found, found);
-        (covariance_m2[(0, 0)], covariance_m2[(1, 1)]) = (xx, yy);
-        (covariance_m2[(0, 1)], covariance_m2[(1, 0)]) = (xy, xy);
-    }
-    found
 }
 
 fn kept(
