@@ -49,6 +49,44 @@ pub(crate) struct Rest {
     pub(crate) gain: f64,
 }
 
+/// The equations with all poses taken out: what is left is over the border alone.
+#[derive(Clone, Debug)]
+pub(crate) struct Reduced {
+    arrow: Arrow,
+    /// Of the poses' blocks, as they were when they were taken out.
+    inverses: Vec<Matrix3<f64>>,
+    /// Logarithm of the determinant of what was taken out.
+    pub(crate) log_determinant: f64,
+}
+
+impl Reduced {
+    /// Precision of the border.
+    pub(crate) fn corner(&self) -> &DMatrix<f64> {
+        &self.arrow.corner
+    }
+
+    pub(crate) fn border_gradient(&self) -> &DVector<f64> {
+        &self.arrow.border_gradient
+    }
+
+    /// The poses' steps, given that of the border.
+    pub(crate) fn poses(&self, border: &DVector<f64>) -> Vec<Vector3<f64>> {
+        let Arrow { gradient, next, border: by_border, .. } = &self.arrow;
+        let mut poses: Vec<Vector3<f64>> = vec![Vector3::zeros(); gradient.len()];
+        for pose in (0..poses.len()).rev() {
+            let mut sum = gradient[pose];
+            if pose + 1 < poses.len() {
+                sum += next[pose] * poses[pose + 1];
+            }
+            for (column, step) in by_border[pose].iter().zip(border.iter()) {
+                sum += column * *step;
+            }
+            poses[pose] = -(self.inverses[pose] * sum);
+        }
+        poses
+    }
+}
+
 impl Solution {
     /// The largest step of any number.
     pub(crate) fn largest(&self) -> f64 {
@@ -150,7 +188,16 @@ impl Arrow {
     }
 
     /// Solves; `None` if the matrix is not positive definite.
-    pub(crate) fn solve(mut self) -> Option<Solution> {
+    pub(crate) fn solve(self) -> Option<Solution> {
+        let reduced = self.reduced()?;
+        let corner = Cholesky::new(reduced.corner().clone())?;
+        let log_determinant = reduced.log_determinant + corner.ln_determinant();
+        let border = -corner.solve(reduced.border_gradient());
+        Some(Solution { poses: reduced.poses(&border), border, log_determinant })
+    }
+
+    /// All poses taken out; `None` if the matrix is not positive definite.
+    pub(crate) fn reduced(mut self) -> Option<Reduced> {
         let n_poses = self.diagonal.len();
         let mut inverses = Vec::with_capacity(n_poses);
         let mut log_determinant = 0.0;
@@ -162,21 +209,7 @@ impl Arrow {
             inverses.push(inverse);
         }
         self.mirror_corner();
-        let corner = Cholesky::new(self.corner)?;
-        log_determinant += corner.ln_determinant();
-        let border = -corner.solve(&self.border_gradient);
-        let mut poses = vec![Vector3::zeros(); n_poses];
-        for pose in (0..n_poses).rev() {
-            let mut sum = self.gradient[pose];
-            if pose + 1 < n_poses {
-                sum += self.next[pose] * poses[pose + 1];
-            }
-            for (column, step) in self.border[pose].iter().zip(border.iter()) {
-                sum += column * *step;
-            }
-            poses[pose] = -(inverses[pose] * sum);
-        }
-        Some(Solution { poses, border, log_determinant })
+        Some(Reduced { arrow: self, inverses, log_determinant })
     }
 
     /// Covariance of the last pose (first three) and the border; `None` if the matrix is not
@@ -266,7 +299,7 @@ impl Arrow {
 
 /// Inverse of `L L'`, given the lower half `L`: inverts `L` column by column, as these lie in memory,
 /// and multiplies.
-fn inverse(factor: &DMatrix<f64>) -> DMatrix<f64> {
+pub(crate) fn inverse(factor: &DMatrix<f64>) -> DMatrix<f64> {
     let n = factor.nrows();
     let mut columns = DMatrix::identity(n, n);
     for first in 0..n {

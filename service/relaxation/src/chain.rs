@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::calibration::Calibration;
 use crate::error_model::{ErrorModel, Way};
-use crate::least_squares::{Bearing, Chain, Estimate, Node};
+use crate::least_squares::{Bearing, Chain, Estimate, FIRST_POSE_PRECISION, Node};
 use crate::motion::Motion;
 use crate::travel::{Step, Travel};
 
@@ -141,6 +141,7 @@ impl Chain {
             calibration_precision: model.calibration_precision(),
             deviations_max: f64::INFINITY,
             start: Pose::IDENTITY,
+            start_precision: FIRST_POSE_PRECISION,
             map: Arc::new(Vec::new()),
             nodes: Arc::new(nodes),
         }

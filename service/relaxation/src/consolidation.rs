@@ -13,8 +13,8 @@
 
 use std::f64::consts::TAU;
 
-use meetpoint_geometry::Pose;
-use nalgebra::Matrix2;
+use meetpoint_geometry::{Point2, Pose};
+use nalgebra::{DMatrix, Matrix2};
 
 use crate::calibration::Calibration;
 use crate::error_model::ErrorModel;
@@ -86,7 +86,8 @@ fn pairs(
             if kinds[first] != kinds[second] || is_often(first, second) {
                 continue;
             }
-            let gain = log_same_place(fit, first, second) - density_per_m2.ln();
+            let places = (&fit.landmarks, &fit.landmark_covariance);
+            let gain = log_same_place(places.0, places.1, (first, second)) - density_per_m2.ln();
             if 0.0 < gain {
                 found.push((gain, [first, second], (smaller, number)));
             }
@@ -164,11 +165,14 @@ pub(crate) fn reassigned(
 }
 
 /// Logarithm of the density, in 1/m², that two landmarks are at one place.
-fn log_same_place(fit: &Refined, first: usize, second: usize) -> f64 {
-    let difference = fit.landmarks[first] - fit.landmarks[second];
-    let block = |row: usize, column: usize| {
-        fit.landmark_covariance.fixed_view::<2, 2>(2 * row, 2 * column).into_owned()
-    };
+pub(crate) fn log_same_place(
+    places: &[Point2<f64>],
+    covariance: &DMatrix<f64>,
+    (first, second): (usize, usize),
+) -> f64 {
+    let difference = places[first] - places[second];
+    let block =
+        |row: usize, column: usize| covariance.fixed_view::<2, 2>(2 * row, 2 * column).into_owned();
     let shared = block(first, second);
     let spread: Matrix2<f64> =
         block(first, first) + block(second, second) - shared - shared.transpose();

@@ -27,7 +27,7 @@ use crate::error_model::{ErrorModel, Way};
 use crate::past::Past;
 
 /// Precision that holds the first pose where it is.
-const FIRST_POSE_PRECISION: f64 = 1e8;
+pub(crate) const FIRST_POSE_PRECISION: f64 = 1e8;
 /// Precision of landmarks before they are seen, in 1/m²: nothing, but enough to be invertible.
 const LANDMARK_PRECISION: f64 = 1e-9;
 /// Precision of a map to begin with, in 1/m²: by 0.2 m a landmark may be off, twice what a map from
@@ -70,6 +70,8 @@ pub(crate) struct Chain {
     pub(crate) deviations_max: f64,
     /// Where an estimate begins.
     pub(crate) start: Pose,
+    /// How precisely that is known, in 1/m² and 1/rad².
+    pub(crate) start_precision: f64,
     /// Where the first landmarks are taken to be, before they are seen; the others may be anywhere.
     pub(crate) map: Arc<Vec<Point2<f64>>>,
     /// The way to the first does not count.
@@ -171,7 +173,7 @@ impl Chain {
         match past {
             Some(past) => past.add_to(&mut arrow, estimate),
             None => {
-                let precision = Matrix3::identity() * FIRST_POSE_PRECISION;
+                let precision = Matrix3::identity() * self.start_precision;
                 arrow.add_prior(0, precision, vector(estimate.poses[0]) - vector(self.start));
                 let off = difference(&estimate.calibration, &self.prior);
                 for (index, (&precision, &off)) in
@@ -251,7 +253,7 @@ impl Chain {
         (past, nodes, with_last): Stretch<'_>,
     ) -> (f64, u32) {
         let at_first =
-            self.calibration_precision.map(f64::ln).sum() + 3.0 * FIRST_POSE_PRECISION.ln();
+            self.calibration_precision.map(f64::ln).sum() + 3.0 * self.start_precision.ln();
         let mut sum = past.map_or(at_first, |past| past.log_precision);
         let mut n_seen = past.map_or(0, |past| past.n_seen);
         for (index, node_index) in nodes.clone().enumerate() {
@@ -352,7 +354,7 @@ pub(crate) fn sighting_residual(
     (residual, by_pose, by_point)
 }
 
-fn moved(estimate: &Estimate, solution: &Solution, first: usize) -> Estimate {
+pub(crate) fn moved(estimate: &Estimate, solution: &Solution, first: usize) -> Estimate {
     let mut poses = estimate.poses.clone();
     for (pose, step) in poses[first..].iter_mut().zip(&solution.poses) {
         *pose = Pose::new(pose.x_m + step.x, pose.y_m + step.y, pose.theta_rad + step.z);

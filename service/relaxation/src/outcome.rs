@@ -8,6 +8,7 @@ use crate::error_model::ErrorModel;
 use crate::hypothesis::Hypothesis;
 use crate::key_steps::KeySteps;
 use crate::landmark::LandmarkKind;
+use crate::shape::shape_covariance;
 use crate::travel::Travel;
 use crate::whole::Whole;
 
@@ -44,6 +45,9 @@ pub struct MappedLandmark {
     pub position: Point2<f64>,
     /// How wrong that may be, in square metres.
     pub covariance_m2: Matrix2<f64>,
+    /// The same seen from all landmarks together, so that what the first pose is wrong by, which
+    /// moves and turns all of them alike, is not in it ([`crate::shape`]).
+    pub shape_covariance_m2: Matrix2<f64>,
     /// What it is.
     pub kind: LandmarkKind,
     /// Probability that exactly these sightings are of it: that it is one landmark and not two, and
@@ -76,6 +80,7 @@ pub(crate) fn outcome(
     let key_groups: Vec<Vec<Vec<usize>>> =
         hypotheses.iter().map(|hypothesis| groups(&hypothesis.association)).collect();
     let places = sighting_places(travel);
+    let shape = shape_covariance(&refined.landmarks, &refined.landmark_covariance);
     let landmarks = groups(&association)
         .iter()
         .enumerate()
@@ -87,6 +92,9 @@ pub(crate) fn outcome(
                 position: refined.landmarks[landmark],
                 covariance_m2: refined
                     .landmark_covariance
+                    .fixed_view::<2, 2>(2 * landmark, 2 * landmark)
+                    .into_owned(),
+                shape_covariance_m2: shape
                     .fixed_view::<2, 2>(2 * landmark, 2 * landmark)
                     .into_owned(),
                 kind: LandmarkKind::of(&travel.steps[step].sightings[within]),

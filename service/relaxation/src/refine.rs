@@ -17,15 +17,15 @@ use crate::travel::{Step, Travel};
 /// Sightings further off than this many standard deviations count linearly: what finds landmarks errs
 /// by much more to one side than to the other (a camera takes a post for nearer than it is), which
 /// the median withstands and the mean does not.
-const DEVIATIONS_MAX: f64 = 1.0;
+pub(crate) const DEVIATIONS_MAX: f64 = 1.0;
 /// Rounds of linearising the ways anew.
-const N_ROUNDS_MAX: u32 = 10;
+pub(crate) const N_ROUNDS_MAX: u32 = 10;
 /// A calibration that moved less than this stands still.
-const CALIBRATION_STEP_MIN: f64 = 1e-6;
+pub(crate) const CALIBRATION_STEP_MIN: f64 = 1e-6;
 /// Steps smaller than this, in metres and radians, change nothing that matters.
-const STEP_MIN: f64 = 1e-4;
+pub(crate) const STEP_MIN: f64 = 1e-4;
 /// Steps of a round.
-const N_STEPS_MAX: u32 = 30;
+pub(crate) const N_STEPS_MAX: u32 = 30;
 
 /// What fits best.
 #[derive(Clone, Debug, PartialEq)]
