@@ -23,7 +23,7 @@ pub const GRID_REACH_CELLS: i32 = 1 << 20;
 #[derive(Clone, Debug)]
 pub struct Grid {
     frame: GridFrame,
-    tiles: BTreeMap<TileIndex, Arc<Tile>>,
+    pub(crate) tiles: BTreeMap<TileIndex, Arc<Tile>>,
 }
 
 impl Grid {

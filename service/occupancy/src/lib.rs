@@ -7,6 +7,7 @@ mod map_tile;
 mod raster;
 mod ray;
 mod scan_marks;
+mod sonar;
 mod tile;
 
 pub use beam::{BeamModel, LaserGeometry, Reading};
@@ -19,4 +20,8 @@ pub use image::{
 pub use map_tile::{MAP_TILE_LEVEL_MAX, MAP_TILE_PIXELS, map_tile};
 pub use raster::Raster;
 pub use scan_marks::ScanMarks;
+pub use sonar::{
+    Example, Interpretation, InvalidNetwork, InverseCone, Network, SonarModel, SonarRing,
+    SonarScan, SonarView, TrainingParams, cross_entropy, trained,
+};
 pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};

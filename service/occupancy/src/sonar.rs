@@ -1,0 +1,15 @@
+//! Sonar: what a ring of transducers says of the cells around it, by a network that reads neighbouring
+//! transducers together, and by the classic model that reads them one by one.
+
+mod drawing;
+mod interpretation;
+mod inverse_cone;
+mod network;
+mod ring;
+mod training;
+
+pub use interpretation::{Interpretation, SonarModel};
+pub use inverse_cone::InverseCone;
+pub use network::{InvalidNetwork, Network};
+pub use ring::{SonarRing, SonarScan, SonarView};
+pub use training::{Example, TrainingParams, cross_entropy, trained};
