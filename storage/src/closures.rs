@@ -8,28 +8,30 @@ use crate::maps::require_map;
 use crate::number::to_sql;
 use crate::{ClosureId, ContentHash, Error, JobId, MapId, SessionId, Store};
 
+/// The two moments that a closure joins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ClosureEnds {
+    /// Whose the earlier moment is, or that of the session that was relaxed before the other.
+    pub from_session: SessionId,
+    /// Stamp of its scan, that robot's clock in nanoseconds.
+    pub from_ns: i64,
+    /// Whose the later moment is.
+    pub to_session: SessionId,
+    /// Stamp of its scan, that robot's clock in nanoseconds.
+    pub to_ns: i64,
+}
+
 /// A closure that a job considered.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NewClosure {
-    /// The same for the same moments of a session, whichever job considers them.
+    /// The same for the same moments, whichever job considers them.
     pub id: ClosureId,
-    /// Stamp of the earlier moment's scan, the robot's clock in nanoseconds.
-    pub from_ns: i64,
-    /// Stamp of the later moment's scan.
-    pub to_ns: i64,
+    /// What it joins.
+    pub ends: ClosureEnds,
     /// Whether poses rest on it.
     pub is_accepted: bool,
     /// All else, opaque.
     pub payload: Vec<u8>,
-}
-
-/// All closures that a job considered in a session, in the order in which they are listed.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SessionClosures {
-    /// The session.
-    pub session: SessionId,
-    /// What was considered.
-    pub closures: Vec<NewClosure>,
 }
 
 /// A closure as it is stored.
@@ -39,12 +41,8 @@ pub struct ClosureRecord {
     pub position: u64,
     /// Its id.
     pub id: ClosureId,
-    /// The session.
-    pub session: SessionId,
-    /// Stamp of the earlier moment's scan, the robot's clock in nanoseconds.
-    pub from_ns: i64,
-    /// Stamp of the later moment's scan.
-    pub to_ns: i64,
+    /// What it joins.
+    pub ends: ClosureEnds,
     /// The job that considered it last.
     pub job: JobId,
     /// Whether poses rest on it.
@@ -58,7 +56,7 @@ pub struct ClosureRecord {
 /// Which closures of a map are meant. All conditions hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct ClosureFilter {
-    /// Only this session's.
+    /// Only those of which a moment is this session's.
     pub session: Option<SessionId>,
     /// Only those that poses rest on, or only the others.
     pub is_accepted: Option<bool>,
@@ -84,29 +82,33 @@ struct Row {
     #[sqlx(try_from = "i64")]
     position: u64,
     id: ClosureId,
-    session_id: SessionId,
-    from_ns: i64,
-    to_ns: i64,
+    #[sqlx(flatten)]
+    ends: EndsRow,
     job_id: JobId,
     is_accepted: bool,
     is_off: bool,
     payload: Vec<u8>,
 }
 
+#[derive(sqlx::FromRow)]
+struct EndsRow {
+    from_session_id: SessionId,
+    from_ns: i64,
+    to_session_id: SessionId,
+    to_ns: i64,
+}
+
+impl From<EndsRow> for ClosureEnds {
+    fn from(row: EndsRow) -> Self {
+        let EndsRow { from_session_id, from_ns, to_session_id, to_ns } = row;
+        Self { from_session: from_session_id, from_ns, to_session: to_session_id, to_ns }
+    }
+}
+
 impl From<Row> for ClosureRecord {
     fn from(row: Row) -> Self {
-        let Row {
-            position,
-            id,
-            session_id: session,
-            from_ns,
-            to_ns,
-            job_id: job,
-            is_accepted,
-            is_off,
-            payload,
-        } = row;
-        Self { position, id, session, from_ns, to_ns, job, is_accepted, is_off, payload }
+        let Row { position, id, ends, job_id: job, is_accepted, is_off, payload } = row;
+        Self { position, id, ends: ends.into(), job, is_accepted, is_off, payload }
     }
 }
 
@@ -130,7 +132,8 @@ impl Store {
         let mut query = QueryBuilder::<Sqlite>::new(SELECT);
         query.push_bind(map);
         if let Some(session) = filter.session {
-            query.push(" and closures.session_id = ").push_bind(session);
+            query.push(" and (closures.from_session_id = ").push_bind(session);
+            query.push(" or closures.to_session_id = ").push_bind(session).push(")");
         }
         if let Some(is_accepted) = filter.is_accepted {
             query.push(" and closures.is_accepted = ").push_bind(is_accepted);
@@ -156,19 +159,19 @@ impl Store {
         Ok(row.map(ClosureRecord::from))
     }
 
-    /// The closures of a session that are switched off: the stamps of their two scans, in order.
+    /// What the closures of a map join that are switched off, in the order of writing.
     ///
     /// # Errors
     /// Those of reading.
-    pub async fn closures_off(&self, session: SessionId) -> Result<Vec<[i64; 2]>, Error> {
-        let rows: Vec<(i64, i64)> = sqlx::query_as(
-            "select from_ns, to_ns from closures join closures_off using (id)
-             where session_id = $1 order by from_ns, to_ns",
+    pub async fn closures_off(&self, map: &MapId) -> Result<Vec<ClosureEnds>, Error> {
+        let rows: Vec<EndsRow> = sqlx::query_as(
+            "select from_session_id, from_ns, to_session_id, to_ns
+             from closures join closures_off using (id) where map_id = $1 order by position",
         )
-        .bind(session)
+        .bind(map)
         .fetch_all(self.readers())
         .await?;
-        Ok(rows.into_iter().map(|(from_ns, to_ns)| [from_ns, to_ns]).collect())
+        Ok(rows.into_iter().map(ClosureEnds::from).collect())
     }
 
     /// Switches a closure off or on, as a decision in the journal: what it is then, or `None` if the map
@@ -221,34 +224,38 @@ async fn record_switch(
     Ok(Some(ClosureRecord { is_off: *is_off, ..record }))
 }
 
-/// Puts what a job considered in place of what was considered before, inside a transaction. What is
-/// switched off stays in the list even if it was not considered again.
+/// Puts what a job considered of some sessions in place of what was considered of them before, inside a
+/// transaction. What is switched off stays in the list even if it was not considered again.
 pub(crate) async fn replace_closures(
     connection: &mut SqliteConnection,
     map: &MapId,
     job: JobId,
-    considered: &SessionClosures,
+    (sessions, closures): (&[SessionId], &[NewClosure]),
 ) -> Result<(), Error> {
-    let SessionClosures { session, closures } = considered;
-    sqlx::query(
-        "delete from closures where session_id = $1 and id not in (select id from closures_off)",
-    )
-    .bind(session)
-    .execute(&mut *connection)
-    .await?;
-    for closure in closures {
-        let NewClosure { id, from_ns, to_ns, is_accepted, payload } = closure;
+    for session in sessions {
         sqlx::query(
-            "insert into closures
-                 (id, map_id, session_id, from_ns, to_ns, job_id, is_accepted, payload)
-             values ($1, $2, $3, $4, $5, $6, $7, $8)
+            "delete from closures where (from_session_id = $1 or to_session_id = $1)
+                 and id not in (select id from closures_off)",
+        )
+        .bind(session)
+        .execute(&mut *connection)
+        .await?;
+    }
+    for closure in closures {
+        let NewClosure { id, ends, is_accepted, payload } = closure;
+        let ClosureEnds { from_session, from_ns, to_session, to_ns } = ends;
+        sqlx::query(
+            "insert into closures (id, map_id, from_session_id, from_ns, to_session_id, to_ns,
+                 job_id, is_accepted, payload)
+             values ($1, $2, $3, $4, $5, $6, $7, $8, $9)
              on conflict (id) do update set job_id = excluded.job_id,
                  is_accepted = excluded.is_accepted, payload = excluded.payload",
         )
         .bind(id)
         .bind(map)
-        .bind(session)
+        .bind(from_session)
         .bind(from_ns)
+        .bind(to_session)
         .bind(to_ns)
         .bind(job)
         .bind(is_accepted)

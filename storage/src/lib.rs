@@ -31,7 +31,7 @@ mod trajectories;
 mod versions;
 
 pub use append::{AppendRequest, Appended, NewEntry, Refusal, RejectionRecord};
-pub use closures::{ClosureFilter, ClosureRecord, ClosureSwitch, NewClosure, SessionClosures};
+pub use closures::{ClosureEnds, ClosureFilter, ClosureRecord, ClosureSwitch, NewClosure};
 pub use connection::{Store, StoreSettings};
 pub use content_hash::ContentHash;
 pub use costs::{CostDecisionRecord, NewCostDecision};

@@ -7,7 +7,7 @@ use crate::closures::replace_closures;
 use crate::job_runs::hold_checkpoint;
 use crate::journal::Kind;
 use crate::maps::require_map;
-use crate::{ContentHash, Error, JobId, JournalSeq, MapId, SessionClosures, Store};
+use crate::{ContentHash, Error, JobId, JournalSeq, MapId, NewClosure, SessionId, Store};
 
 /// What a job found, to be recorded.
 #[derive(Clone, Debug)]
@@ -20,8 +20,10 @@ pub struct NewRelaxation {
     pub fence: u64,
     /// What was found, opaque.
     pub payload: Vec<u8>,
-    /// The closures that were considered, of each session that was relaxed.
-    pub closures: Vec<SessionClosures>,
+    /// The sessions that were relaxed.
+    pub sessions: Vec<SessionId>,
+    /// The closures that were considered in them and between them, in the order in which they are listed.
+    pub closures: Vec<NewClosure>,
     /// Where the job goes on after a crash, opaque: kept if and only if the decision is.
     pub checkpoint: Vec<u8>,
     /// The service's clock, nanoseconds since 1970.
@@ -86,9 +88,8 @@ async fn record(
 ) -> Result<JournalSeq, Error> {
     require_map(&mut *connection, &new.map).await?;
     hold_checkpoint(&mut *connection, new.job, new.fence, &new.checkpoint).await?;
-    for considered in &new.closures {
-        replace_closures(&mut *connection, &new.map, new.job, considered).await?;
-    }
+    let considered = (new.sessions.as_slice(), new.closures.as_slice());
+    replace_closures(&mut *connection, &new.map, new.job, considered).await?;
     let seq = sqlx::query_scalar(
         "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
          values ($1, $2, $3, $4, $5) returning seq",

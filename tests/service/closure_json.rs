@@ -35,8 +35,9 @@ pub(crate) fn closure(body: &Value) -> v1::Closure {
     v1::Closure {
         id: text(&body["id"]),
         map: text(&body["map"]),
-        session: text(&body["session"]),
+        from_session: text(&body["from_session"]),
         from_time_ns: signed(&body["from_time_ns"]),
+        to_session: text(&body["to_session"]),
         to_time_ns: signed(&body["to_time_ns"]),
         from_to: Some(pose(&body["from_to"])),
         covariance: rows(&body["covariance"], real),

@@ -130,6 +130,7 @@ fn relaxed_session(body: &Value) -> v1::RelaxedSession {
         },
         scans: present(body, "scans").map(closure_json::scan_relaxation),
         grid_sightings: small(&body["grid_sightings"]),
+        together_with: rows(&body["together_with"], text),
     }
 }
 

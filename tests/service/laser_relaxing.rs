@@ -7,10 +7,10 @@ use meetpoint_client::v1;
 use meetpoint_storage::{MapId, PoseRecord};
 
 use crate::door::{Door, finished, job_done, refused};
-use crate::drive::{SimulatedDrive, driven};
+use crate::drive::{SimulatedDrive, driven, opened, opening, send};
 use crate::interrupted_jobs::{copied, seen_busily};
 use crate::kept::{kept, store};
-use crate::relaxing::{relax, trajectory};
+use crate::relaxing::{relax, relax_with, trajectory};
 use crate::running::{Launch, empty_folder, meetpoint};
 
 /// Mean distance from the truth that a relaxed drive may have, in metres: its odometry is metres off.
@@ -37,6 +37,15 @@ async fn relaxed<D: Door>(door: &D) -> v1::Job {
     let job = job_done(door, &job).await;
     assert_eq!(job.state, i32::from(v1::JobState::Succeeded), "{job:?}");
     job
+}
+
+/// Opens a session of another robot where it starts, sends a drive, and waits until it is mapped.
+async fn mapped_too<D: Door>(door: &D, drive: &SimulatedDrive, start: v1::Pose) -> v1::Session {
+    let request = opening(MAP, "second", std::slice::from_ref(&drive.sensor));
+    let start = Some(v1::Start { kind: Some(v1::start::Kind::Known(start)) });
+    let session = opened(door, v1::OpenSessionRequest { start, ..request }).await;
+    send(door, &session, &drive.batches(40)).await;
+    finished(door, &session).await
 }
 
 /// What a job tells of its only session.
@@ -88,7 +97,8 @@ async fn the_ledger_is_listed<D: Door>(
         all.iter().all(|one| one.job == job.id && one.from_time_ns < one.to_time_ns),
         "{all:?}"
     );
-    assert!(all.iter().all(|one| one.map == MAP && one.session == session), "whose they are");
+    let is_own = |one: &v1::Closure| one.from_session == session && one.to_session == session;
+    assert!(all.iter().all(|one| one.map == MAP && is_own(one)), "whose they are");
     let request = listing("", v1::ClosureVerdict::Accepted);
     let (accepted, _) = door.closures(request).await.expect("a page");
     assert_eq!(accepted.len(), scans.closures_accepted as usize, "by verdict");
@@ -204,24 +214,77 @@ async fn killed_at_any_moment() {
     assert_eq!(decisions.len(), 1, "decided once");
 }
 
-/// A second session on the map is tracked in what the first has drawn, and follows it.
+/// Two robots on one map, the second not quite where it says: both are put right together, by what both
+/// saw; and what was seen by one and the other is in the ledger of each.
+async fn two_robots_make_one_map<D: Door>(door: &D) {
+    let drives = [SimulatedDrive::around_the_block(3), SimulatedDrive::around_the_block(8)];
+    let first = mapped(door, &drives[0]).await;
+    let start = v1::Pose { x_m: 0.3, y_m: -0.2, theta_rad: 0.05 };
+    let second = mapped_too(door, &drives[1], start).await;
+    let mut live_m = [0.0; 2];
+    for (live_m, (session, drive)) in live_m.iter_mut().zip([&first, &second].iter().zip(&drives)) {
+        *live_m = drive.mean_errors_m(&trajectory(door, &session.id, 0).await).0;
+    }
+    let job = relaxed(door).await;
+    let Some(v1::job::Result::RelaxResult(v1::RelaxResult { sessions })) = &job.result else {
+        panic!("no result: {job:?}")
+    };
+    let [of_first, of_second] = sessions.as_slice() else { panic!("two sessions: {sessions:?}") };
+    assert_eq!(of_first.together_with, [second.id.as_str()], "with one another");
+    assert_eq!(of_second.together_with, [first.id.as_str()], "with one another");
+    for (found, (drive, live_m)) in sessions.iter().zip(drives.iter().zip(live_m)) {
+        let after = trajectory(door, &found.session, 0).await;
+        assert_eq!(after.origin, i32::from(v1::TrajectoryOrigin::Relaxation), "repaired");
+        let (error_m, _) = drive.mean_errors_m(&after);
+        assert!(error_m < ERROR_MAX_M && error_m < live_m, "{error_m} m, live {live_m} m");
+    }
+    let between = |one: &&v1::Closure| one.from_session == first.id && one.to_session == second.id;
+    let of_first = ledger(door, &first.id).await;
+    let of_second = ledger(door, &second.id).await;
+    let n_between = of_first.iter().filter(between).count();
+    assert!(0 < n_between, "what both saw: {of_first:?}");
+    assert_eq!(of_second.iter().filter(between).count(), n_between, "in the ledger of each");
+    assert!(job.log.iter().any(|line| line.text.contains("relaxed together")), "told: {job:?}");
+
+    // Named, a session is relaxed without the others, which stay where they are.
+    let before = trajectory(door, &first.id, 0).await;
+    let named = v1::RelaxParams { sessions: vec![second.id.clone()], ..Default::default() };
+    let job = door.start_job(relax_with(MAP, named)).await.expect("a job").id;
+    let job = job_done(door, &job).await;
+    assert_eq!(told(&job).session, second.id, "by itself: {job:?}");
+    assert_eq!(trajectory(door, &first.id, 0).await.poses, before.poses, "the other one stayed");
+}
+
 #[tokio::test(flavor = "multi_thread")]
-async fn what_others_have_drawn_is_followed() {
+async fn two_robots_over_grpc() {
     let data = empty_folder();
     let service = Launch::at(data.path()).start();
-    let door = service.grpc();
+    two_robots_make_one_map(&service.grpc()).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn two_robots_over_rest() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    two_robots_make_one_map(&service.rest()).await;
+}
+
+/// Of sessions whose scans do not fit into memory together the later ones are left out, by name.
+#[tokio::test(flavor = "multi_thread")]
+async fn what_does_not_fit_is_left_out() {
     let drive = SimulatedDrive::through_the_hall(4);
+    let n_bytes = drive.ticks.iter().filter_map(|tick| tick.scan.as_ref());
+    let n_bytes: usize = n_bytes.map(|ranges_m| size_of_val(ranges_m.as_slice())).sum();
+    let data = empty_folder();
+    let service = Launch::at(data.path()).setting("jobs.scans_bytes_max", n_bytes * 3 / 2).start();
+    let door = service.grpc();
     let first = mapped(&door, &drive).await;
-    let request = crate::drive::opening(MAP, "second", std::slice::from_ref(&drive.sensor));
-    let second = crate::drive::opened(&door, request).await;
-    crate::drive::send(&door, &second, &drive.batches(40)).await;
-    finished(&door, &second).await;
+    let second = mapped_too(&door, &drive, v1::Pose::default()).await;
     let job = relaxed(&door).await;
     assert_eq!(told(&job).session, first.id, "the first alone");
-    assert!(job.log.iter().any(|line| line.text.contains(&second.id)), "which is told: {job:?}");
-    let origin = async |session: &str| trajectory(&door, session, 0).await.origin;
-    assert_eq!(origin(&first.id).await, i32::from(v1::TrajectoryOrigin::Relaxation), "repaired");
-    assert_eq!(origin(&second.id).await, i32::from(v1::TrajectoryOrigin::Tracking), "followed");
+    let is_told =
+        |line: &v1::JobLogLine| line.text.contains(&second.id) && line.text.contains("left out");
+    assert!(job.log.iter().any(is_told), "which is told: {job:?}");
 }
 
 /// More scans than a job may keep in memory are refused by name.

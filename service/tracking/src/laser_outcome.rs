@@ -49,17 +49,24 @@ pub struct LaserFigures {
 /// What a relaxation found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LaserOutcome {
-    /// Pose of the robot at each scan of the travel: `map_from_robot`. The first key scan stays where
-    /// live mapping had it.
-    pub poses: Vec<Pose>,
-    /// Every closure that was considered, accepted or not, by key.
+    /// Of each travel, in the order in which they were given.
+    pub travels: Vec<TravelOutcome>,
+    /// Every closure that was considered, within a travel or between two, accepted or not, by key.
     pub closures: Vec<Closure>,
-    /// The map by live poses.
+    /// The map of all travels by live poses.
     pub before: LaserFigures,
     /// The map by the relaxed ones.
     pub after: LaserFigures,
+}
+
+/// What a relaxation found of one travel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TravelOutcome {
+    /// Pose of the robot at each scan of the travel: `map_from_robot`. The first key scan of the first
+    /// travel stays where live mapping had it; a travel that meets none of the others, where it was.
+    pub poses: Vec<Pose>,
     /// The farthest that a pose moved, in metres.
     pub move_max_m: f64,
-    /// How the odometry errs in scale; nothing to correct without odometry.
+    /// How its odometry errs in scale; nothing to correct without odometry.
     pub calibration: Calibration,
 }

@@ -1,39 +1,45 @@
-//! Relaxation of one laser session: closures, pose graph, and every scan matched against all that was
-//! seen near it; a slice at a time.
+//! Relaxation of laser sessions: closures, pose graph, and every scan matched against all that was seen
+//! near it; a slice at a time.
+//!
+//! Several sessions on one map are one graph. No odometry leads from one to the next: closures and the
+//! scans matched across them say how they lie to each other, and where nothing was seen twice each stays
+//! where it was placed.
 
 use std::num::NonZero;
-
 use std::ops::Range;
 
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
-use meetpoint_occupancy::{BeamModel, Grid, ScanMarks};
 
 use crate::closures::closure::{Closure, ClosureKey, Verdict};
 use crate::closures::closure_search::ClosureSearch;
 use crate::closures::evidence::Evidence;
+use crate::drawing::Drawing;
 use crate::graph::pose_graph::Edge;
-use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage};
+use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage, TravelOutcome};
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::scans::calibration::{Calibration, calibration};
 use crate::scans::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scanned_step};
 use crate::scans::key_scan::{KeyScan, key_scans};
-use crate::scans::laser_travel::LaserTravel;
+use crate::scans::laser_travel::PlacedTravel;
 use crate::scans::neighbours::{pairs_across, pairs_along};
 use crate::scans::placing::{Keys, placed, stands};
 use crate::scans::sweep::Sweeps;
+use crate::scans::travels::Travels;
 use crate::sharpness::Sharpness;
 use crate::side_by_side::side_by_side;
 
-/// A relaxation of one travel, under way. The same travel gives the same bits, on any number of threads.
+/// A relaxation of travels on one map, under way. The same travels in the same order give the same bits,
+/// on any number of threads.
 #[derive(Debug)]
 pub struct LaserRelaxation {
-    travel: LaserTravel,
+    travels: Travels,
     params: LaserRelaxationParams,
     frame: GridFrame,
     refused: Vec<ClosureKey>,
     keys: Vec<KeyScan>,
     chain: Chain,
-    calibration: Calibration,
+    /// Of each travel.
+    calibrations: Vec<Calibration>,
     /// Of the key scans, as far as they are relaxed.
     key_poses: Vec<Pose>,
     /// For each key scan, those on other passes that it is matched with.
@@ -81,14 +87,6 @@ enum Parted {
     Placed(Vec<Option<Pose>>),
 }
 
-/// A map drawn scan by scan.
-#[derive(Debug)]
-struct Drawing {
-    grid: Grid,
-    marks: ScanMarks,
-    n_done: usize,
-}
-
 /// What a slice holds, each some tens of milliseconds: key scans drawn and chained...
 const N_CHAINED_SLICE: usize = 80;
 /// ...pairs matched...
@@ -99,28 +97,31 @@ const N_PLACED_SLICE: usize = 400;
 const N_PLACED_AT_ONCE: usize = 16;
 
 impl LaserRelaxation {
-    /// Begins a relaxation. `refused` are the closures that an operator switched off.
+    /// Begins a relaxation of travels on one map. The first key scan of the first of them stays where it
+    /// is, so that the first should be the one whose place is surest. `refused` are the closures that an
+    /// operator switched off.
     ///
     /// # Errors
     /// [`InvalidResolution`] unless that of the parameters is finite and positive.
     pub fn new(
-        travel: LaserTravel,
+        travels: Vec<PlacedTravel>,
         params: LaserRelaxationParams,
         refused: &[ClosureKey],
     ) -> Result<Self, InvalidResolution> {
         let frame = GridFrame::new(params.resolution_m)?;
-        let travel = with_finite_poses(travel);
-        let keys = key_scans(&travel, &params.key_scans);
-        let poses = travel.scans.iter().map(|scan| scan.map_from_robot).collect();
-        let live = keys.iter().map(|key| travel.scans[key.scan].map_from_robot).collect();
+        let travels = Travels::new(travels);
+        let keys = key_scans(&travels, &params.key_scans);
+        let scans = &travels.all.scans;
+        let poses = scans.iter().map(|scan| scan.map_from_robot).collect();
+        let live = keys.iter().map(|key| scans[key.scan].map_from_robot).collect();
         Ok(Self {
-            travel,
+            calibrations: vec![Calibration::NONE; travels.len()],
+            travels,
             params,
             frame,
             refused: refused.to_vec(),
             keys,
             chain: Chain::default(),
-            calibration: Calibration::NONE,
             key_poses: live,
             across: Vec::new(),
             closures: Vec::new(),
@@ -160,13 +161,14 @@ impl LaserRelaxation {
 
     /// Does some parts, on as many threads as there may be; results stand in their order.
     fn parted(&self, parts: Vec<Part<'_>>) -> Vec<Parted> {
-        let Self { travel, params, keys, .. } = self;
+        let Self { travels, params, keys, .. } = self;
+        let travel = &travels.all;
         let pair = params.pairs();
         let around = Keys { keys, poses: &self.key_poses, across: &self.across };
         let by = (&pair, params.key_scans.range_max_m);
         let place = |scan: usize| {
-            let stood = 0 < scan && stands(travel, (scan - 1, scan));
-            (!stood).then(|| placed(travel, scan, around, &self.calibration, by))
+            let stood = !travels.begins_at(scan) && stands(travel, (scan - 1, scan));
+            (!stood).then(|| placed(travels, scan, around, &self.calibrations, by))
         };
         side_by_side(parts, params.n_threads, |part| match part {
             Part::Draw(drawing, poses, end) => {
@@ -196,22 +198,33 @@ impl LaserRelaxation {
             // Nothing to match: the scans stay where they are, and the map with them.
             return Work::After(drawing);
         }
-        let odometry = |to: usize| odometry_step(&self.travel, &self.keys, to);
-        let both = steps.iter().enumerate();
-        let both: Vec<_> =
-            both.filter_map(|(from, step)| Some((odometry(from + 1)?, *step))).collect();
-        self.calibration = calibration(&both);
-        let by_odometry = (&self.calibration, &self.params.odometry);
-        self.chain = Chain::new(&self.travel, &self.keys, &steps, by_odometry);
-        let pairs = pairs_along(self.keys.len());
-        Work::ChainSweeps(Sweeps::new(self.keys.len(), pairs, self.odometry_edges()), 0)
+        self.calibrate(&steps);
+        let by_odometry = (self.calibrations.as_slice(), &self.params.odometry);
+        self.chain = Chain::new(&self.travels.all, &self.keys, &steps, by_odometry);
+        let pairs = pairs_along(&self.keys);
+        Work::ChainSweeps(Sweeps::new(self.keys.len(), pairs, self.way_edges()), 0)
     }
 
-    fn odometry_edges(&self) -> impl Iterator<Item = Edge> {
-        let step = |to| Some((to, odometry_step(&self.travel, &self.keys, to)?));
-        (1..self.keys.len()).filter_map(step).map(|(to, step)| {
-            odometry_edge(self.calibration.applied(step), to, &self.params.odometry)
-        })
+    /// Finds the scale of each travel's odometry.
+    fn calibrate(&mut self, steps: &[ScannedStep]) {
+        let odometry = |to: usize| odometry_step(&self.travels.all, &self.keys, to);
+        let mut both = vec![Vec::new(); self.travels.len()];
+        for (from, step) in steps.iter().enumerate() {
+            if let Some(odometry) = odometry(from + 1) {
+                both[self.keys[from].travel].push((odometry, *step));
+            }
+        }
+        self.calibrations = both.iter().map(|steps| calibration(steps)).collect();
+    }
+
+    /// What is known without looking: odometry from key scan to key scan, and where travels were placed.
+    fn way_edges(&self) -> impl Iterator<Item = Edge> {
+        let step = |to| Some((to, odometry_step(&self.travels.all, &self.keys, to)?));
+        let steps = (1..self.keys.len()).filter_map(step).map(|(to, step)| {
+            let calibration = self.calibrations[self.keys[to].travel];
+            odometry_edge(calibration.applied(step), to, &self.params.odometry)
+        });
+        steps.chain(self.travels.start_edges(&self.keys))
     }
 
     fn sweep_chain(&mut self, mut sweeps: Sweeps, n_done: u32) -> Work {
@@ -229,7 +242,7 @@ impl LaserRelaxation {
 
     fn evidence(&self) -> Evidence<'_> {
         Evidence {
-            travel: &self.travel,
+            travels: &self.travels,
             keys: &self.keys,
             chain: &self.chain,
             params: &self.params,
@@ -241,8 +254,9 @@ impl LaserRelaxation {
         if search.advance(self.evidence()) {
             return Work::Closures(search);
         }
-        let live = std::mem::replace(&mut self.key_poses, search.graph.key_poses(&self.chain));
-        let mut pairs = pairs_along(self.keys.len());
+        let by_graph = search.graph.key_poses(self.evidence());
+        let live = std::mem::replace(&mut self.key_poses, by_graph);
+        let mut pairs = pairs_along(&self.keys);
         let submap_of = search.graph.submap_of();
         let joined = search.joined();
         let across = pairs_across(
@@ -257,7 +271,7 @@ impl LaserRelaxation {
             self.across[b].push(a);
         }
         pairs.extend(across);
-        let others = search.graph.anchor_edges().into_iter().chain(self.odometry_edges());
+        let others = search.graph.anchor_edges().into_iter().chain(self.way_edges());
         let sweeps = Sweeps::new(self.keys.len(), pairs, others);
         self.live = live;
         self.search = Some(search);
@@ -295,7 +309,7 @@ impl LaserRelaxation {
 
     /// Places some scans and draws the map by the relaxed poses.
     fn place_some(&mut self, mut drawing: Drawing) -> Work {
-        let (n_scans, from) = (self.travel.scans.len(), self.n_placed);
+        let (n_scans, from) = (self.travels.all.scans.len(), self.n_placed);
         let end = (from + N_PLACED_SLICE).min(n_scans);
         let n_drawn = (self.keys.len() * end).div_ceil(n_scans.max(1));
         let mut parts = vec![Part::Draw(&mut drawing, &self.key_poses, n_drawn)];
@@ -324,7 +338,7 @@ impl LaserRelaxation {
                 0.5 + 0.25 * of(*n as usize, self.params.n_sweeps_max as usize),
             ),
             Work::Placing(_) => {
-                (LaserStage::Placing, 0.75 + 0.2 * of(self.n_placed, self.travel.scans.len()))
+                (LaserStage::Placing, 0.75 + 0.2 * of(self.n_placed, self.travels.all.scans.len()))
             }
             Work::After(_) => (LaserStage::After, 0.95),
             Work::Done => return None,
@@ -346,57 +360,21 @@ impl LaserRelaxation {
     /// What was found. Before [`LaserRelaxation::advance`] said that all is done: the poses as far as
     /// they are.
     pub fn into_outcome(self) -> LaserOutcome {
-        let pairs = self.poses.iter().zip(&self.travel.scans);
-        let moves = pairs.map(|(pose, scan)| pose.step_to(scan.map_from_robot).distance_m());
+        let of_travel = |(travel, &calibration): (usize, &Calibration)| {
+            let scans = self.travels.scans(travel);
+            let poses = self.poses[scans.clone()].to_vec();
+            let pairs = poses.iter().zip(&self.travels.all.scans[scans]);
+            let moves = pairs.map(|(pose, scan)| pose.step_to(scan.map_from_robot).distance_m());
+            TravelOutcome { move_max_m: moves.fold(0.0, f64::max), poses, calibration }
+        };
         LaserOutcome {
+            travels: self.calibrations.iter().enumerate().map(of_travel).collect(),
             closures: self.closures,
             before: self.before,
             after: self.after,
-            calibration: self.calibration,
-            move_max_m: moves.fold(0.0, f64::max),
-            poses: self.poses,
         }
     }
 }
 
 /// Sweeps end when no pose moves farther, in metres and radians.
 const STEP_MIN: f64 = 5e-4;
-
-impl Drawing {
-    fn new(frame: GridFrame) -> Self {
-        Self { grid: Grid::new(frame), marks: ScanMarks::new(), n_done: 0 }
-    }
-
-    /// Draws the next key scans, up to `end`.
-    fn draw(
-        &mut self,
-        travel: &LaserTravel,
-        keys: &[KeyScan],
-        poses: &[Pose],
-        (model, end): (&BeamModel, usize),
-    ) {
-        while self.n_done < end.min(keys.len()) {
-            let scan = &travel.scans[keys[self.n_done].scan];
-            if let Some(laser) = travel.lasers.get(scan.laser) {
-                let pose = poses[self.n_done] * laser.robot_from_sensor;
-                let (geometry, ranges_m) = (&laser.geometry, &scan.ranges_m);
-                self.grid.insert_scan(pose, geometry, ranges_m, model, &mut self.marks);
-            }
-            self.n_done += 1;
-        }
-    }
-}
-
-/// A travel without numbers that are none: a pose that is not finite is that of the scan before, and
-/// odometry that is not finite is none.
-fn with_finite_poses(mut travel: LaserTravel) -> LaserTravel {
-    let mut last = Pose::IDENTITY;
-    for scan in &mut travel.scans {
-        if scan.map_from_robot.is_finite() {
-            last = scan.map_from_robot;
-        }
-        scan.map_from_robot = last;
-        scan.odometry_from_robot = scan.odometry_from_robot.filter(|pose| pose.is_finite());
-    }
-    travel
-}

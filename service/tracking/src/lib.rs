@@ -1,10 +1,11 @@
 //! Where a robot with a laser was: while it drives, and better once it has driven.
 //!
 //! [`LiveMap`] matches every scan against the grid that the scans before it drew. [`LaserRelaxation`]
-//! goes over a whole drive again: closures between submaps, a pose graph, and every key scan matched
-//! with all that were taken near it.
+//! goes over whole drives again, of one robot or several: closures between submaps, a pose graph, and
+//! every key scan matched with all that were taken near it.
 
 mod closures;
+mod drawing;
 mod graph;
 mod laser_outcome;
 mod laser_relaxation;
@@ -16,10 +17,10 @@ mod scans;
 mod sharpness;
 mod side_by_side;
 
-pub use closures::closure::{Closure, ClosureKey, Refusal, Verdict};
+pub use closures::closure::{Closure, ClosureKey, ClosureMoment, Refusal, Verdict};
 pub use closures::submap::SubmapParams;
 pub use graph::pose_graph::PoseGraphParams;
-pub use laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage};
+pub use laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage, TravelOutcome};
 pub use laser_relaxation::LaserRelaxation;
 pub use live::live_map::LiveMap;
 pub use live::observation::{
@@ -35,7 +36,7 @@ pub use relaxation_params::{ClosureParams, LaserRelaxationParams};
 pub use scans::calibration::Calibration;
 pub use scans::chain::OdometryParams;
 pub use scans::key_scan::KeyScanParams;
-pub use scans::laser_travel::{DrivenScan, LaserTravel, TravelLaser};
+pub use scans::laser_travel::{DrivenScan, LaserTravel, PlacedTravel, TravelLaser};
 pub use scans::neighbours::NeighbourParams;
 pub use sharpness::Sharpness;
 pub use side_by_side::side_by_side;

@@ -9,3 +9,4 @@ pub(crate) mod placing;
 pub(crate) mod scan_pair;
 pub(crate) mod surface;
 pub(crate) mod sweep;
+pub(crate) mod travels;

@@ -6,9 +6,9 @@ use meetpoint_geometry::{Point2, Pose};
 use meetpoint_occupancy::LaserGeometry;
 use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick, corridor_loop};
 use meetpoint_tracking::{
-    Closure, ClosureKey, DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams,
-    LaserTravel, LiveMap, MappingParams, Observation, ObservationKind, Refusal, Sensor, SensorKind,
-    SessionConfig, SessionKey, TravelLaser, Verdict,
+    Closure, ClosureKey, ClosureMoment, DrivenScan, LaserOutcome, LaserRelaxation,
+    LaserRelaxationParams, LaserTravel, LiveMap, MappingParams, Observation, ObservationKind,
+    PlacedTravel, Refusal, Sensor, SensorKind, SessionConfig, SessionKey, TravelLaser, Verdict,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -70,14 +70,19 @@ fn relaxed_by(
     travel: &LaserTravel,
     refused: &[ClosureKey],
 ) -> LaserOutcome {
-    let mut relaxation =
-        LaserRelaxation::new(travel.clone(), *params, refused).expect("a resolution");
+    let placed = vec![PlacedTravel::of_known_start(travel.clone())];
+    let mut relaxation = LaserRelaxation::new(placed, *params, refused).expect("a resolution");
     let mut share = 0.0;
     while let Some(progress) = relaxation.advance() {
         assert!(share <= progress.share && progress.share <= 1.0, "{progress:?} after {share}");
         share = progress.share;
     }
     relaxation.into_outcome()
+}
+
+/// Those of a single travel.
+fn poses(outcome: &LaserOutcome) -> &[Pose] {
+    &outcome.travels[0].poses
 }
 
 /// The largest distance from the truth, in metres.
@@ -92,12 +97,12 @@ fn accepted(outcome: &LaserOutcome) -> impl Iterator<Item = &Closure> {
 
 /// How far the poses that a closure joins truly are from what it says, in metres.
 fn error_of_m(closure: &Closure, driven: &Driven) -> f64 {
-    let at = |stamp_ns: i64| {
+    let at = |moment: ClosureMoment| {
         let scans = &driven.travel.scans;
-        let index = scans.iter().position(|scan| scan.stamp_ns == stamp_ns);
+        let index = scans.iter().position(|scan| scan.stamp_ns == moment.stamp_ns);
         driven.truths[index.expect("a scan of the travel")]
     };
-    let truth = at(closure.key.from_ns).step_to(at(closure.key.to_ns));
+    let truth = at(closure.key.from).step_to(at(closure.key.to));
     truth.step_to(closure.from_to).distance_m()
 }
 
@@ -106,8 +111,8 @@ fn a_loop_is_closed_and_its_scale_found() {
     let world = corridor_loop();
     let driven = driven(&world.building, &world.tours[0], 3);
     let outcome = relaxed(&driven.travel, &[]);
-    assert_eq!(outcome.poses.len(), driven.travel.scans.len(), "a pose for each scan");
-    let error_m = error_max_m(&outcome.poses, &driven.truths);
+    assert_eq!(poses(&outcome).len(), driven.travel.scans.len(), "a pose for each scan");
+    let error_m = error_max_m(poses(&outcome), &driven.truths);
     assert!(error_m < 0.1, "{error_m} m off");
     assert!(1 <= accepted(&outcome).count(), "{:?}", outcome.closures);
     for closure in accepted(&outcome) {
@@ -115,8 +120,8 @@ fn a_loop_is_closed_and_its_scale_found() {
         assert!(error_m < 0.5, "{error_m} m off: {closure:?}");
         assert!(closure.chi2 < 16.5, "what the poses contradict is refused: {closure:?}");
     }
-    let scale = outcome.calibration.length_scale * OdometryError::UNCALIBRATED.scale;
-    assert!((scale - 1.0).abs() < 0.01, "{:?}", outcome.calibration);
+    let scale = outcome.travels[0].calibration.length_scale * OdometryError::UNCALIBRATED.scale;
+    assert!((scale - 1.0).abs() < 0.01, "{:?}", outcome.travels[0].calibration);
     assert!(outcome.after.chi2 < outcome.before.chi2, "{:?} {:?}", outcome.before, outcome.after);
     let n_threads = NonZero::new(3).expect("not zero");
     let by_three = relaxed_by(&LaserRelaxationParams { n_threads, ..PARAMS }, &driven.travel, &[]);
@@ -178,7 +183,7 @@ fn an_office_is_not_taken_for_another_alike() {
         let error_m = error_of_m(closure, &driven);
         assert!(error_m < 1.5, "another office is 5.5 m off: {error_m} m, {closure:?}");
     }
-    let error_m = error_max_m(&outcome.poses, &driven.truths);
+    let error_m = error_max_m(poses(&outcome), &driven.truths);
     assert!(error_m < 0.3, "{error_m} m off");
 }
 
@@ -188,7 +193,7 @@ const ENDLESS: Pose = Pose { x_m: f64::INFINITY, y_m: 0.0, theta_rad: 0.0 };
 #[test]
 fn whatever_comes_is_survived() {
     let empty = relaxed(&LaserTravel::default(), &[]);
-    assert!(empty.poses.is_empty() && empty.closures.is_empty(), "nothing in, nothing out");
+    assert!(poses(&empty).is_empty() && empty.closures.is_empty(), "nothing in, nothing out");
     let world = corridor_loop();
     let mut travel = driven(&world.building, &world.tours[0], 4).travel;
     travel.scans.truncate(60);
@@ -205,10 +210,10 @@ fn whatever_comes_is_survived() {
     }
     travel.scans[40].map_from_robot = Pose { x_m: 1e12, y_m: -1e12, theta_rad: 1.0 };
     let outcome = relaxed(&travel, &[]);
-    assert_eq!(outcome.poses.len(), 60, "a pose for each scan");
-    assert!(outcome.poses.iter().all(|pose| pose.is_finite()), "{:?}", outcome.poses);
+    assert_eq!(poses(&outcome).len(), 60, "a pose for each scan");
+    assert!(poses(&outcome).iter().all(|pose| pose.is_finite()), "{:?}", poses(&outcome));
     for n_scans in (1..4).rev() {
         travel.scans.truncate(n_scans);
-        assert_eq!(relaxed(&travel, &[]).poses.len(), n_scans, "a pose for each scan");
+        assert_eq!(poses(&relaxed(&travel, &[])).len(), n_scans, "a pose for each scan");
     }
 }

@@ -29,6 +29,7 @@ pub(crate) fn found(job: &ClaimedJob, what: &str) -> NewRelaxation {
         job: job.job.id,
         fence: job.fence,
         payload: what.as_bytes().to_vec(),
+        sessions: Vec::new(),
         closures: Vec::new(),
         checkpoint: b"decided".to_vec(),
         time_ns: 5,

@@ -10,7 +10,7 @@ pub struct ClosuresArgs {
     /// The map
     #[arg(long, value_name = "MAP")]
     map: String,
-    /// Only this session's
+    /// Only those of which a moment is this session's
     #[arg(long, value_name = "ID", default_value = "")]
     session: String,
     /// Let no relax job rest poses on this closure
@@ -70,18 +70,28 @@ fn line(closure: &v1::Closure) -> String {
         at.map_or_else(|| "?".to_owned(), |at| format!("({:.2}, {:.2}) m", at.x_m, at.y_m))
     };
     format!(
-        "{}  {} at {} to {} at {}: score {:.3}, {:.3} m and {:.2}° off, {}{}",
+        "{}  {} at {} to {} at {}{}: score {:.3}, {:.3} m and {:.2}° off, {}{}",
         closure.id,
         seconds(closure.from_time_ns),
         place(closure.from_position),
         seconds(closure.to_time_ns),
         place(closure.to_position),
+        sessions(closure),
         closure.score,
         closure.residual_m,
         closure.residual_rad.to_degrees(),
         verdict(closure),
         if closure.switched_off { ", switched off" } else { "" },
     )
+}
+
+/// Whose moments they are, where these are two sessions'.
+fn sessions(closure: &v1::Closure) -> String {
+    let v1::Closure { from_session, to_session, .. } = closure;
+    if from_session == to_session {
+        return String::new();
+    }
+    format!(" (session {from_session} to session {to_session})")
 }
 
 fn seconds(stamp_ns: i64) -> String {
@@ -111,8 +121,9 @@ fn verdict(closure: &v1::Closure) -> &'static str {
 fn json(closure: &v1::Closure) -> serde_json::Value {
     serde_json::json!({
         "id": closure.id,
-        "session": closure.session,
+        "from_session": closure.from_session,
         "from_time_ns": closure.from_time_ns,
+        "to_session": closure.to_session,
         "to_time_ns": closure.to_time_ns,
         "score": closure.score,
         "residual_m": closure.residual_m,

@@ -2,10 +2,10 @@
 
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_proto::v1;
-use meetpoint_storage::{ClosureId, ClosureRecord, NewClosure, SessionId};
+use meetpoint_storage::{ClosureEnds, ClosureId, ClosureRecord, NewClosure, SessionId};
 use meetpoint_tracking as tracking;
 use prost::Message;
-use tracking::{Refusal, Sharpness, Verdict};
+use tracking::{ClosureKey, ClosureMoment, Refusal, Sharpness, Verdict};
 use uuid::{Builder, Uuid};
 
 use super::{pose, slug};
@@ -14,12 +14,13 @@ use crate::error::Error;
 /// Characters of why something was decided and of who said so.
 const TEXT_LEN_MAX: usize = 200;
 
-/// A closure that a job considered in a session. `map_from_robot_at` says where the robot was at a stamp.
+/// A closure that a job considered in some sessions. `map_from_robot_at` says where the robot of one was.
+/// `None` for a moment of none of them.
 pub(crate) fn found(
-    session: SessionId,
+    sessions: &[SessionId],
     closure: &tracking::Closure,
-    map_from_robot_at: impl Fn(i64) -> Option<Pose>,
-) -> v1::Closure {
+    map_from_robot_at: impl Fn(ClosureMoment) -> Option<Pose>,
+) -> Option<v1::Closure> {
     let tracking::Closure {
         key,
         from_to,
@@ -32,12 +33,19 @@ pub(crate) fn found(
         verdict,
     } = closure;
     let (verdict, refusal) = verdict_to_wire(*verdict);
-    let position = |stamp_ns| map_from_robot_at(stamp_ns).map(|pose| point(pose.position()));
-    v1::Closure {
-        id: id_of(session, [key.from_ns, key.to_ns]).0.to_string(),
-        session: session.0.to_string(),
-        from_time_ns: key.from_ns,
-        to_time_ns: key.to_ns,
+    let position = |moment| map_from_robot_at(moment).map(|pose| point(pose.position()));
+    let ends = ClosureEnds {
+        from_session: *sessions.get(key.from.travel)?,
+        from_ns: key.from.stamp_ns,
+        to_session: *sessions.get(key.to.travel)?,
+        to_ns: key.to.stamp_ns,
+    };
+    Some(v1::Closure {
+        id: id_of(&ends).0.to_string(),
+        from_session: ends.from_session.0.to_string(),
+        from_time_ns: ends.from_ns,
+        to_session: ends.to_session.0.to_string(),
+        to_time_ns: ends.to_ns,
         from_to: Some(pose::to_wire(*from_to)),
         covariance: vec![*xx, *xy, *xt, *yy, *yt, *tt],
         score: *score,
@@ -47,10 +55,22 @@ pub(crate) fn found(
         verdict: verdict.into(),
         refusal: refusal.into(),
         alternatives: alternatives.iter().map(alternative).collect(),
-        from_position: position(key.from_ns),
-        to_position: position(key.to_ns),
+        from_position: position(key.from),
+        to_position: position(key.to),
         ..v1::Closure::default()
-    }
+    })
+}
+
+/// The closures among `ends` whose two moments are of some sessions, by the places of these.
+pub(crate) fn keys_among(sessions: &[SessionId], ends: &[ClosureEnds]) -> Vec<ClosureKey> {
+    let place = |session| sessions.iter().position(|&other| other == session);
+    let key = |ends: &ClosureEnds| {
+        let ClosureEnds { from_session, from_ns, to_session, to_ns } = *ends;
+        let from = ClosureMoment { travel: place(from_session)?, stamp_ns: from_ns };
+        let to = ClosureMoment { travel: place(to_session)?, stamp_ns: to_ns };
+        Some(ClosureKey { from, to })
+    };
+    ends.iter().filter_map(key).collect()
 }
 
 fn alternative((from_to, score): &(Pose, f64)) -> v1::ClosureAlternative {
@@ -76,12 +96,17 @@ fn verdict_to_wire(verdict: Verdict) -> (v1::ClosureVerdict, v1::ClosureRefusal)
     (v1::ClosureVerdict::Refused, refusal)
 }
 
-/// The same id for the same moments of a session.
-fn id_of(session: SessionId, stamps_ns: [i64; 2]) -> ClosureId {
+/// The same id for the same moments.
+fn id_of(ends: &ClosureEnds) -> ClosureId {
+    let ClosureEnds { from_session, from_ns, to_session, to_ns } = ends;
     let mut hash = blake3::Hasher::new();
-    hash.update(b"closure").update(session.0.as_bytes());
-    for stamp_ns in stamps_ns {
+    hash.update(b"closure").update(from_session.0.as_bytes());
+    for stamp_ns in [from_ns, to_ns] {
         hash.update(&stamp_ns.to_le_bytes());
+    }
+    // Closures within a session keep the ids that they had when there were no others.
+    if from_session != to_session {
+        hash.update(to_session.0.as_bytes());
     }
     let mut id = [0; 16];
     id.copy_from_slice(&hash.finalize().as_bytes()[..16]);
@@ -93,10 +118,15 @@ fn id_of(session: SessionId, stamps_ns: [i64; 2]) -> ClosureId {
 /// # Errors
 /// [`Error::Internal`] for an id that is none.
 pub(crate) fn to_record(closure: &v1::Closure) -> Result<NewClosure, Error> {
+    let id = |text: &str| Uuid::parse_str(text).map_err(Error::internal);
     Ok(NewClosure {
-        id: ClosureId(Uuid::parse_str(&closure.id).map_err(Error::internal)?),
-        from_ns: closure.from_time_ns,
-        to_ns: closure.to_time_ns,
+        id: ClosureId(id(&closure.id)?),
+        ends: ClosureEnds {
+            from_session: SessionId(id(&closure.from_session)?),
+            from_ns: closure.from_time_ns,
+            to_session: SessionId(id(&closure.to_session)?),
+            to_ns: closure.to_time_ns,
+        },
         is_accepted: closure.verdict == i32::from(v1::ClosureVerdict::Accepted),
         payload: closure.encode_to_vec(),
     })
@@ -111,6 +141,8 @@ pub(crate) fn to_wire(map: &str, record: &ClosureRecord) -> Result<v1::Closure, 
     let was_off = closure.refusal == i32::from(v1::ClosureRefusal::SwitchedOff);
     let relax_needed = if record.is_off { record.is_accepted } else { was_off };
     Ok(v1::Closure {
+        // What was kept before there were closures between sessions names one only.
+        to_session: record.ends.to_session.0.to_string(),
         map: map.to_owned(),
         job: record.job.0.to_string(),
         switched_off: record.is_off,
@@ -173,14 +205,12 @@ pub(crate) fn sharpness(sharpness: Sharpness) -> v1::GridSharpness {
 
 #[cfg(test)]
 mod tests {
-    use meetpoint_storage::JobId;
-    use tracking::ClosureKey;
-
     use super::*;
+    use meetpoint_storage::JobId;
 
     fn closure(verdict: Verdict) -> v1::Closure {
         let closure = tracking::Closure {
-            key: ClosureKey { from_ns: 5, to_ns: 9 },
+            key: ClosureKey { from: moment(0, 5), to: moment(1, 9) },
             from_to: Pose::new(1.0, 2.0, 0.5),
             covariance: [[1.0, 2.0, 3.0], [2.0, 4.0, 5.0], [3.0, 5.0, 6.0]],
             score: 0.75,
@@ -190,28 +220,49 @@ mod tests {
             chi2: 3.0,
             verdict,
         };
-        found(SessionId(Uuid::from_u128(7)), &closure, |stamp_ns| {
-            Some(Pose::new(stamp_ns as f64, 0.0, 0.0))
-        })
+        let sessions = [7, 8].map(|id| SessionId(Uuid::from_u128(id)));
+        found(&sessions, &closure, |at| Some(Pose::new(at.stamp_ns as f64, 0.0, 0.0)))
+            .expect("of these sessions")
+    }
+
+    fn moment(travel: usize, stamp_ns: i64) -> ClosureMoment {
+        ClosureMoment { travel, stamp_ns }
     }
 
     fn kept(closure: &v1::Closure, is_off: bool) -> v1::Closure {
-        let NewClosure { id, from_ns, to_ns, is_accepted, payload } =
+        let NewClosure { id, ends, is_accepted, payload } =
             to_record(closure).expect("it has an id");
         let (position, job) = (1, JobId(Uuid::from_u128(3)));
-        let session = SessionId(Uuid::from_u128(7));
-        let record = ClosureRecord {
-            position,
-            id,
-            session,
-            from_ns,
-            to_ns,
-            job,
-            is_accepted,
-            is_off,
-            payload,
-        };
+        let record = ClosureRecord { position, id, ends, job, is_accepted, is_off, payload };
         to_wire("hall", &record).expect("just written")
+    }
+
+    /// The record that was made of a closure within a session, when there were no others.
+    fn old_record(closure: &v1::Closure) -> ClosureRecord {
+        let from_session = SessionId(Uuid::from_u128(7));
+        let ends = ClosureEnds { from_session, from_ns: 5, to_session: from_session, to_ns: 9 };
+        let (id, job) = (ClosureId(Uuid::from_u128(1)), JobId(Uuid::from_u128(3)));
+        let payload = closure.encode_to_vec();
+        ClosureRecord { position: 1, id, ends, job, is_accepted: true, is_off: false, payload }
+    }
+
+    #[test]
+    fn closures_are_known_by_their_sessions() {
+        let [a, b, c] = [7, 8, 9].map(|id| SessionId(Uuid::from_u128(id)));
+        let ends = |from_session, to_session| ClosureEnds {
+            from_session,
+            from_ns: 1,
+            to_session,
+            to_ns: 2,
+        };
+        let keys = keys_among(&[b, a], &[ends(a, b), ends(a, c), ends(b, b)]);
+        let expected = [
+            ClosureKey { from: moment(1, 1), to: moment(0, 2) },
+            ClosureKey { from: moment(0, 1), to: moment(0, 2) },
+        ];
+        assert_eq!(keys, expected, "but none with another");
+        assert_ne!(id_of(&ends(a, b)), id_of(&ends(a, a)), "another moment");
+        assert_ne!(id_of(&ends(a, b)), id_of(&ends(b, a)), "of another robot");
     }
 
     #[test]
@@ -219,6 +270,11 @@ mod tests {
         let accepted = closure(Verdict::Accepted);
         assert_eq!(accepted.covariance, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "the upper half");
         assert_eq!(accepted.to_position, Some(v1::Point { x_m: 9.0, y_m: 0.0 }), "where it was");
+        let (first, second) = (Uuid::from_u128(7).to_string(), Uuid::from_u128(8).to_string());
+        assert_eq!((&accepted.from_session, &accepted.to_session), (&first, &second), "whose");
+        let within = v1::Closure { to_session: String::new(), ..accepted.clone() };
+        let read = to_wire("hall", &old_record(&within)).expect("just written");
+        assert_eq!(read.to_session, first, "kept before there were two");
         let on = kept(&accepted, false);
         assert_eq!(
             (on.switched_off, on.relax_needed, on.map.as_str()),

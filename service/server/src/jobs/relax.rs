@@ -1,7 +1,7 @@
 //! `relax`: where robots had been and where the landmarks are that they saw.
 //!
-//! Each session is a travel of its own, relaxed by its scans or by the landmarks along it. What is found
-//! of it, the robot's pose at each of its observations and the landmarks, becomes one entry of the
+//! Sessions with a laser are relaxed together, by their scans; each of the others is a travel of its own,
+//! relaxed by the landmarks along it. What is found of a session, the robot's pose at each of its observations and the landmarks, becomes one entry of the
 //! journal: from there on it is a decision like those of people, and the map is drawn by it now and
 //! whenever it is drawn again. Until that entry is written the job can be cancelled; after it the job
 //! only draws.
@@ -17,6 +17,7 @@ mod fitted_landmarks;
 mod grid_landmarks;
 mod live_poses;
 mod saved;
+mod several;
 mod solver;
 mod spread;
 mod stations;
@@ -27,8 +28,7 @@ use std::time::Duration;
 
 use meetpoint_proto::v1;
 use meetpoint_storage::{
-    JobRecord, JobReport, MapRecord, NewClosure, NewLogLine, NewRelaxation, SessionClosures,
-    SessionRecord,
+    JobRecord, JobReport, MapRecord, NewClosure, NewLogLine, NewRelaxation, SessionRecord,
 };
 use v1::job_log_line::Figures as LineFigures;
 
@@ -88,8 +88,8 @@ struct Relaxing<'a> {
     bench: &'a Workbench,
 }
 
-/// What was found of a session: for the journal, for those who asked, and for the ledger of closures.
-type Found = (RelaxedSession, v1::RelaxedSession, Vec<v1::Closure>);
+/// What was found of a session: for the journal, and for those who asked.
+type Found = (RelaxedSession, v1::RelaxedSession);
 
 impl Relaxing<'_> {
     /// Where the job goes on, or what it is to do.
@@ -103,47 +103,49 @@ impl Relaxing<'_> {
         for session in choice.following {
             let session = session.0;
             let text = format!(
-                "session {session} was tracked in what others had drawn and follows it; named, it is \
-                 relaxed by itself"
+                "session {session} was tracked in the imported map and stays in it; named, it is \
+                 relaxed without it"
             );
             self.running.progress(0.0, Some(&text)).await?;
         }
         Ok(Saved::first(choice.planned))
     }
 
-    /// Relaxes the next session, or goes on with it, and leaves what was found in `saved`.
+    /// Relaxes the next sessions, or goes on with them, and leaves what was found in `saved`.
     async fn relax_next(&self, saved: &mut Saved) -> Result<(), Stopped> {
-        let planned = saved.sessions[saved.n_done];
-        let record = self.service.session_record(&planned.session.0.to_string()).await?;
-        let keeps_scans = planned.method != Method::Landmarks;
-        let way = self.way(&record, planned.through, keeps_scans).await?;
-        let found = match planned.method {
-            Method::Landmarks | Method::GridLandmarks => {
-                self.relax_by_landmarks(&record, way, saved).await?
-            }
-            Method::Scans => self.relax_by_scans(&record, way, saved).await?,
+        let together = saved.together();
+        let n_together = together.len();
+        let planned = together[0];
+        let found = if planned.method == Method::Scans {
+            self.relax_by_scans(saved).await?
+        } else {
+            let record = self.service.session_record(&planned.session.0.to_string()).await?;
+            let keeps_scans = planned.method != Method::Landmarks;
+            let limit = keeps_scans.then_some(self.service.settings.jobs.scans_bytes_max);
+            let way = self.way(&record, planned.through, limit).await?;
+            let way = way.map_err(|problem| cannot_relax(&record, problem))?;
+            self.relax_by_landmarks(&record, way, saved).await?.into_iter().collect()
         };
-        if let Some((kept, told, closures)) = found {
+        for (kept, told) in found {
             saved.found.push(kept);
             saved.told.push(told);
-            saved.closures.extend(closures);
         }
         saved.under_way = None;
-        saved.n_done += 1;
+        saved.n_done += n_together;
         let checkpoint = saved.to_bytes();
         let progress = share(saved, 0.0);
         let report = JobReport { progress, checkpoint: Some(&checkpoint), log_line: None };
         self.running.report(report).await
     }
 
-    /// The way of a session out of the journal.
+    /// The way of a session out of the journal; what was too much for it, for people, if its scans are
+    /// more than `limit` bytes. Without a limit they are not kept.
     async fn way(
         &self,
         record: &SessionRecord,
         through: u64,
-        keeps_scans: bool,
-    ) -> Result<Way, Stopped> {
-        let limit = keeps_scans.then_some(self.service.settings.jobs.scans_bytes_max);
+        limit: Option<usize>,
+    ) -> Result<Result<Way, String>, Stopped> {
         let mut reader = WayReader::new(record, limit)?;
         let mut from_number = 1;
         loop {
@@ -158,7 +160,7 @@ impl Relaxing<'_> {
             });
             reader = read.await??;
         }
-        reader.finish().map_err(|problem| cannot_relax(record, problem))
+        Ok(reader.finish())
     }
 
     /// Keeps a milestone and tells its figures.
@@ -179,19 +181,14 @@ impl Relaxing<'_> {
     /// Makes what was found a decision.
     async fn record(&self, saved: &mut Saved) -> Result<(), Stopped> {
         saved.is_decided = true;
-        let closures_of = |found: &RelaxedSession| {
-            let session = found.session.0.to_string();
-            let own = saved.closures.iter().filter(|closure| closure.session == session);
-            let closures =
-                own.map(closure::to_record).collect::<Result<Vec<NewClosure>, Error>>()?;
-            Ok(SessionClosures { session: found.session, closures })
-        };
-        let closures = saved.found.iter().map(closures_of).collect::<Result<Vec<_>, Error>>()?;
+        let closures = saved.closures.iter().map(closure::to_record);
+        let closures = closures.collect::<Result<Vec<NewClosure>, Error>>()?;
         let new = NewRelaxation {
             map: self.job.map.clone(),
             job: self.job.id,
             fence: self.running.fence(),
             payload: relaxation::to_bytes(&saved.found),
+            sessions: saved.found.iter().map(|found| found.session).collect(),
             closures,
             checkpoint: saved.to_bytes(),
             time_ns: clock::now_ns(),
@@ -207,10 +204,12 @@ fn cannot_relax(record: &SessionRecord, problem: String) -> Stopped {
     Error::CannotRelax { session: record.id.0.to_string(), problem }.into()
 }
 
-/// The share of the whole job, when so much of the next session is relaxed.
+/// The share of the whole job, when so much of the next sessions is relaxed.
 fn share(saved: &Saved, of_next: f64) -> f64 {
     let n_sessions = saved.sessions.len().max(1) as f64;
-    SHARE_RELAXED * ((saved.n_done as f64 + of_next.clamp(0.0, 1.0)) / n_sessions).min(1.0)
+    let n_next = saved.together().len() as f64;
+    let n_done = saved.n_done as f64 + n_next * of_next.clamp(0.0, 1.0);
+    SHARE_RELAXED * (n_done / n_sessions).min(1.0)
 }
 
 fn text(figures: &v1::RelaxFigures) -> String {

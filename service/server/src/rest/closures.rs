@@ -45,21 +45,24 @@ pub(crate) enum ClosureRefusal {
     Inconsistent,
 }
 
-/// Two moments of a session, and how the robot's poses at them relate by what was seen.
+/// Two moments of a session or of two, and how the robots' poses at them relate by what was seen.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct Closure {
-    /// A UUID; the same moments of a session have the same, whichever job considers them.
+    /// A UUID; the same moments have the same, whichever job considers them.
     #[schema(example = "0199d3a6-6ac5-8c4e-9d51-2d9a3f1f3c11")]
     id: String,
     /// Id of the map.
     map: String,
-    /// Id of the session.
-    session: String,
-    /// Stamp of the earlier moment's scan, by the robot's clock.
+    /// Id of the session of the first moment: of the one that was opened first, if there are two.
+    from_session: String,
+    /// Stamp of the first moment's scan, by that robot's clock.
     from_time_ns: Signed64,
-    /// Stamp of the later moment's scan.
+    /// Id of the session of the second moment.
+    to_session: String,
+    /// Stamp of the second moment's scan, by the clock of the second session's robot; later than the
+    /// first if both are of one session.
     to_time_ns: Signed64,
-    /// The pose at the later moment seen from the earlier, by what was seen.
+    /// The pose at the second moment seen from the first, by what was seen.
     from_to: Pose,
     /// How far off `from_to` may be in its own frame: xx, xy, x theta, yy, y theta, theta theta, in
     /// square metres, metre radians and square radians.
@@ -81,11 +84,11 @@ pub(crate) struct Closure {
     /// Other poses within reach that explain what was seen nearly as well, best first; empty for a
     /// closure that is beyond doubt.
     alternatives: Vec<ClosureAlternative>,
-    /// Where the job found the robot at the earlier moment, in the map's frame.
+    /// Where the job found the robot at the first moment, in the map's frame.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     from_position: Option<Point>,
-    /// The same at the later moment.
+    /// The same at the second moment.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     to_position: Option<Point>,
@@ -101,7 +104,7 @@ pub(crate) struct Closure {
 /// Another pose at which what was seen agrees.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct ClosureAlternative {
-    /// The pose at the later moment seen from the earlier.
+    /// The pose at the second moment seen from the first.
     from_to: Pose,
     /// Mean agreement of what was seen at both.
     #[schema(minimum = 0, maximum = 1, example = 0.81)]
@@ -145,8 +148,9 @@ impl From<v1::Closure> for Closure {
         let v1::Closure {
             id,
             map,
-            session,
+            from_session,
             from_time_ns,
+            to_session,
             to_time_ns,
             from_to,
             covariance,
@@ -166,8 +170,9 @@ impl From<v1::Closure> for Closure {
         Self {
             id,
             map,
-            session,
+            from_session,
             from_time_ns: Signed64(from_time_ns),
+            to_session,
             to_time_ns: Signed64(to_time_ns),
             from_to: from_to.unwrap_or_default().into(),
             covariance,
@@ -207,7 +212,7 @@ pub(crate) struct ClosureList {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub(crate) struct ClosuresQuery {
-    /// Only this session's; absent or empty for all.
+    /// Only those of which a moment is this session's; absent or empty for all.
     #[serde(default)]
     session: String,
     /// Only `ACCEPTED` or only `REFUSED`; absent for all.
@@ -249,8 +254,9 @@ pub(crate) struct ClosureSwitch {
 
 /// The ledger of closures.
 ///
-/// Those that the newest relax job of each session considered, session by session, each in the order of
-/// its moments; and those that are switched off.
+/// Those that the newest relax job of each session considered, within it and between it and the sessions
+/// that were relaxed together with it, job by job in the order of their moments; and those that are
+/// switched off.
 #[utoipa::path(
     get,
     path = "/v1/maps/{map}/closures",

@@ -109,6 +109,8 @@ pub(crate) struct RelaxedSession {
     scans: Option<ScanRelaxation>,
     /// Sightings that the service made itself, of junctions, corners and dead ends of the grid.
     grid_sightings: u32,
+    /// Ids of other sessions that were relaxed together with this one.
+    together_with: Vec<String>,
 }
 
 /// What undoes the steady errors of a robot's odometry.
@@ -156,6 +158,7 @@ impl From<v1::RelaxedSession> for RelaxedSession {
             method,
             scans,
             grid_sightings,
+            together_with,
         } = wire;
         Self {
             session,
@@ -173,6 +176,7 @@ impl From<v1::RelaxedSession> for RelaxedSession {
             method: v1::RelaxMethod::try_from(method).unwrap_or_default().into(),
             scans: scans.map(ScanRelaxation::from),
             grid_sightings,
+            together_with,
         }
     }
 }

@@ -32,15 +32,16 @@ impl From<v1::RelaxMethod> for RelaxMethod {
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct ScanRelaxation {
     scans: u32,
-    /// Closures that the poses rest on.
+    /// Closures of the session, or between it and others, that the poses rest on.
     closures_accepted: u32,
     /// Those that were considered beside them.
     closures_refused: u32,
-    /// Sum of the squared residuals of the pose graph in units of their covariance, by live poses.
+    /// Sum of the squared residuals of the pose graph, of all sessions relaxed together, in units of
+    /// their covariance, by live poses.
     chi2_before: f64,
     /// The same by the relaxed poses.
     chi2_after: f64,
-    /// Of the session's own scans, drawn by live poses.
+    /// Of the scans of all sessions relaxed together, drawn by live poses.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     before: Option<GridSharpness>,

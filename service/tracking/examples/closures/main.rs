@@ -15,8 +15,8 @@ use meetpoint_occupancy::LaserGeometry;
 use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick};
 use meetpoint_tracking::{
     DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap,
-    MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
-    TravelLaser,
+    MappingParams, Observation, ObservationKind, PlacedTravel, Sensor, SensorKind, SessionConfig,
+    SessionKey, TravelLaser,
 };
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -52,7 +52,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             "{kind} seed {seed}: {length_m:.0} m, {} scans, relaxed in {took_s:.1} s",
             truths.len()
         );
-        println!("  {:?}", outcome.calibration);
+        println!("  {:?}", outcome.travels[0].calibration);
         truth::print(&travel, &truths, &outcome);
     }
     Ok(())
@@ -99,7 +99,8 @@ fn tracked(robot: &Robot, drive: Drive<'_>) -> Result<(LaserTravel, Vec<Pose>), 
 fn relaxed(travel: LaserTravel) -> Result<LaserOutcome, Box<dyn Error>> {
     let params = LaserRelaxationParams::INDOOR;
     let mut relaxation =
-        LaserRelaxation::new(travel, params, &[]).map_err(|_| "no such resolution")?;
+        LaserRelaxation::new(vec![PlacedTravel::of_known_start(travel)], params, &[])
+            .map_err(|_| "no such resolution")?;
     while relaxation.advance().is_some() {}
     Ok(relaxation.into_outcome())
 }

@@ -16,12 +16,14 @@ const CHI2_FALSE: f64 = 25.0;
 
 /// Prints how many closures are true and false, and how far poses are from the truth.
 pub(crate) fn print(travel: &LaserTravel, truths: &[Pose], outcome: &LaserOutcome) {
+    let poses = outcome.travels[0].poses.iter().copied();
     let by_stamp: BTreeMap<i64, Pose> =
         travel.scans.iter().map(|scan| scan.stamp_ns).zip(truths.iter().copied()).collect();
     let (mut verdicts, mut n_false, mut worst_m) =
         (BTreeMap::<String, [u32; 2]>::new(), 0, 0.0_f64);
     for closure in &outcome.closures {
-        let truth = by_stamp[&closure.key.from_ns].step_to(by_stamp[&closure.key.to_ns]);
+        let truth =
+            by_stamp[&closure.key.from.stamp_ns].step_to(by_stamp[&closure.key.to.stamp_ns]);
         let error = truth.step_to(closure.from_to);
         let far = FALSE_M < error.distance_m() || FALSE_RAD < error.theta_rad.abs();
         let is_false = far && CHI2_FALSE < chi2(truth, closure);
@@ -39,7 +41,7 @@ pub(crate) fn print(travel: &LaserTravel, truths: &[Pose], outcome: &LaserOutcom
     );
     let live = travel.scans.iter().map(|scan| scan.map_from_robot);
     println!("  live    {}", errors(live, truths));
-    println!("  relaxed {}", errors(outcome.poses.iter().copied(), truths));
+    println!("  relaxed {}", errors(poses, truths));
 }
 
 /// Square of what a closure is off the truth by, in units of its covariance.

@@ -1,11 +1,12 @@
 //! Relaxes CARMEN logs offline: `relax LOG RELATIONS [VARIANT...]` maps the FLASER lines of a log live,
 //! relaxes them, and prints errors before and after, time and sharpness; a variant is one of those that
-//! [`variant`] names. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
+//! [`variant`] names, or `cut0.5`: the log as two robots' that are relaxed together. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
 
 mod log;
 mod relations;
 mod variant;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::num::NonZero;
 use std::path::Path;
@@ -15,8 +16,8 @@ use meetpoint_geometry::{GridFrame, Pose};
 use meetpoint_occupancy::{Grid, ScanMarks, png};
 use meetpoint_tracking::{
     DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserStage, LaserTravel,
-    LiveMap, MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig,
-    SessionKey,
+    LiveMap, MappingParams, Observation, ObservationKind, PlacedTravel, Sensor, SensorKind,
+    SessionConfig, SessionKey,
 };
 
 use log::LoggedScan;
@@ -33,28 +34,57 @@ fn main() -> Result<(), Box<dyn Error>> {
     let relations = Relations::read(relations)?;
     let names = if names.is_empty() { vec!["whole".to_owned()] } else { names.to_vec() };
     for name in names {
-        let (scans, start) = variant::of(&log, &name)?;
+        let cut = variant::cut(&log, &name);
         let began = Instant::now();
-        let travel = tracked(&scans, start)?;
+        let travels = match cut {
+            Some(cut) => tracked_apart(&log, cut)?,
+            None => {
+                let (scans, start) = variant::of(&log, &name)?;
+                vec![PlacedTravel::of_known_start(tracked(&scans, start)?)]
+            }
+        };
         let mapped_s = began.elapsed().as_secs_f64();
         let began = Instant::now();
-        let (outcome, slowest_s) = relaxed(travel.clone())?;
+        let (outcome, slowest_s) = relaxed(travels.clone())?;
         let relaxed_s = began.elapsed().as_secs_f64();
-        let live = travel.scans.iter().map(|scan| (scan.stamp_ns, scan.map_from_robot)).collect();
-        let after =
-            travel.scans.iter().map(|scan| scan.stamp_ns).zip(outcome.poses.iter().copied());
+        let all: Vec<&DrivenScan> =
+            travels.iter().flat_map(|placed| &placed.travel.scans).collect();
         println!(
             "{name}: {} scans, mapped in {mapped_s:.2} s, relaxed in {relaxed_s:.2} s (slice {slowest_s:.3} s)",
-            scans.len()
+            all.len()
         );
+        let live: BTreeMap<i64, Pose> =
+            all.iter().map(|scan| (scan.stamp_ns, scan.map_from_robot)).collect();
+        let poses = outcome.travels.iter().flat_map(|travel| &travel.poses).copied();
+        let after: BTreeMap<i64, Pose> = all.iter().map(|scan| scan.stamp_ns).zip(poses).collect();
         println!("  live    {}", relations.errors(&live));
-        println!("  relaxed {}", relations.errors(&after.collect()));
+        println!("  relaxed {}", relations.errors(&after));
+        if let Some(cut) = cut {
+            let across = relations.across(log[cut].stamp_ns);
+            println!("  live, across    {}", across.errors(&live));
+            println!("  relaxed, across {}", across.errors(&after));
+        }
         print_outcome(&outcome);
         if let Ok(path) = std::env::var("IMAGE") {
-            std::fs::write(path, picture(&travel, &outcome.poses)?)?;
+            std::fs::write(path, picture(&travels, &outcome)?)?;
         }
     }
     Ok(())
+}
+
+/// The parts of a log before and after a scan, each mapped by itself, the second not quite where it was.
+fn tracked_apart(log: &[LoggedScan], cut: usize) -> Result<Vec<PlacedTravel>, Box<dyn Error>> {
+    let whole = tracked(log, Pose::IDENTITY)?;
+    let there = whole.scans.get(cut).ok_or("nothing behind the cut")?.map_from_robot;
+    let first = tracked(&log[..cut], Pose::IDENTITY)?;
+    let second = tracked(&log[cut..], there * variant::cut_error(cut))?;
+    let (std_m, std_rad) = variant::CUT_OFF;
+    let mut start_covariance = [[0.0; 3]; 3];
+    for (axis, std) in [std_m, std_m, std_rad].into_iter().enumerate() {
+        start_covariance[axis][axis] = std * std;
+    }
+    let second = PlacedTravel { travel: second, start_covariance };
+    Ok(vec![PlacedTravel::of_known_start(first), second])
 }
 
 fn print_outcome(outcome: &LaserOutcome) {
@@ -67,16 +97,18 @@ fn print_outcome(outcome: &LaserOutcome) {
         after.n_cells,
         before.entropy_bits,
         after.entropy_bits,
-        outcome.move_max_m,
+        outcome.travels.iter().map(|travel| travel.move_max_m).fold(0.0, f64::max),
         outcome.closures.len(),
         outcome.before.chi2,
         outcome.after.chi2,
     );
-    let mut verdicts = std::collections::BTreeMap::<String, usize>::new();
+    let mut verdicts = BTreeMap::<String, usize>::new();
     for closure in &outcome.closures {
-        *verdicts.entry(format!("{:?}", closure.verdict)).or_default() += 1;
+        let between = if closure.key.from.travel == closure.key.to.travel { "" } else { " across" };
+        *verdicts.entry(format!("{:?}{between}", closure.verdict)).or_default() += 1;
     }
-    println!("  {verdicts:?} {:?}", outcome.calibration);
+    let calibrations: Vec<_> = outcome.travels.iter().map(|travel| travel.calibration).collect();
+    println!("  {verdicts:?} {calibrations:?}");
     if std::env::var("LEDGER").is_ok() {
         for closure in &outcome.closures {
             println!("  {closure:?}");
@@ -112,14 +144,14 @@ fn tracked(scans: &[LoggedScan], start: Pose) -> Result<LaserTravel, Box<dyn Err
     Ok(travel)
 }
 
-fn relaxed(travel: LaserTravel) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
+fn relaxed(travels: Vec<PlacedTravel>) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
     let n_threads = std::env::var("THREADS").ok().and_then(|n| n.parse().ok());
     let params = LaserRelaxationParams {
         n_threads: n_threads.unwrap_or(NonZero::<usize>::MIN),
         ..LaserRelaxationParams::INDOOR
     };
     let mut relaxation =
-        LaserRelaxation::new(travel, params, &[]).map_err(|_| "no such resolution")?;
+        LaserRelaxation::new(travels, params, &[]).map_err(|_| "no such resolution")?;
     let mut slowest_s = 0.0_f64;
     let (mut stage, mut stages) = (LaserStage::Before, Vec::<(LaserStage, f64)>::new());
     loop {
@@ -144,14 +176,16 @@ fn told(stages: &[(LaserStage, f64)]) -> String {
     told.collect::<Vec<_>>().join(", ")
 }
 
-fn picture(travel: &LaserTravel, poses: &[Pose]) -> Result<Vec<u8>, Box<dyn Error>> {
+fn picture(travels: &[PlacedTravel], outcome: &LaserOutcome) -> Result<Vec<u8>, Box<dyn Error>> {
     let mut grid = Grid::new(GridFrame::new(0.05).map_err(|_| "no such resolution")?);
     let mut marks = ScanMarks::new();
-    for (scan, &pose) in travel.scans.iter().zip(poses) {
-        let laser = travel.lasers[scan.laser];
-        let model = &MappingParams::INDOOR.beam_model;
-        let pose = pose * laser.robot_from_sensor;
-        grid.insert_scan(pose, &laser.geometry, &scan.ranges_m, model, &mut marks);
+    for (PlacedTravel { travel, .. }, found) in travels.iter().zip(&outcome.travels) {
+        for (scan, &pose) in travel.scans.iter().zip(&found.poses) {
+            let laser = travel.lasers[scan.laser];
+            let model = &MappingParams::INDOOR.beam_model;
+            let pose = pose * laser.robot_from_sensor;
+            grid.insert_scan(pose, &laser.geometry, &scan.ranges_m, model, &mut marks);
+        }
     }
     Ok(png(&grid.raster(None)))
 }

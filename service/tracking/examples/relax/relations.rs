@@ -42,6 +42,12 @@ impl Relations {
         lines.filter(|words| !words.is_empty()).map(relation).collect::<Result<_, _>>().map(Self)
     }
 
+    /// Those whose two stamps lie on different sides of one.
+    pub(crate) fn across(&self, cut_ns: i64) -> Self {
+        let is_across = |&&(from, to, _): &&(i64, i64, Pose)| (from < cut_ns) != (to < cut_ns);
+        Self(self.0.iter().filter(is_across).copied().collect())
+    }
+
     /// Errors of poses by stamp.
     pub(crate) fn errors(&self, poses: &BTreeMap<i64, Pose>) -> Errors {
         let near = |stamp_ns: i64| {

@@ -38,6 +38,28 @@ pub(crate) fn of(
     Ok((scans, start))
 }
 
+/// Two robots in place of one: a log cut at the share of its scans that `cut0.5` names, the second part
+/// placed where `map_from_robot` has the robot there, 0.3 m and 3 degrees off, in a direction of its own.
+pub(crate) fn cut(log: &[LoggedScan], name: &str) -> Option<usize> {
+    let share: f64 = name.strip_prefix("cut")?.parse().ok()?;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+    Some((share.clamp(0.0, 1.0) * log.len() as f64) as usize)
+}
+
+/// How far off the second part is placed, and the deviations that it is told to be placed with, in metres
+/// and radians.
+pub(crate) const CUT_OFF: (f64, f64) = (0.3, 3.0 * std::f64::consts::PI / 180.0);
+
+/// The error of a place, different for each cut.
+pub(crate) fn cut_error(cut: usize) -> Pose {
+    let (sin, cos) = (cut as f64).sin_cos();
+    Pose::new(
+        CUT_OFF.0 * cos,
+        CUT_OFF.0 * sin,
+        if cut.is_multiple_of(2) { CUT_OFF.1 } else { -CUT_OFF.1 },
+    )
+}
+
 /// With odometry that errs in scale.
 fn scaled(log: &[LoggedScan], length: f64, turn: f64) -> Vec<LoggedScan> {
     let mut pose = Pose::IDENTITY;

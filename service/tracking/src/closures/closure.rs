@@ -1,14 +1,23 @@
-//! Closures: that two moments of a travel are near one another, by what was seen.
+//! Closures: that two moments of travels are near one another, by what was seen.
 
 use meetpoint_geometry::Pose;
 
-/// The two moments that a closure joins. The same travel and parameters give the same keys.
+/// A moment of a travel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct ClosureMoment {
+    /// The travel's place among those that are relaxed together.
+    pub travel: usize,
+    /// Stamp of the moment's scan, in nanoseconds of the clock of that travel's robot.
+    pub stamp_ns: i64,
+}
+
+/// The two moments that a closure joins. The same travels and parameters give the same keys.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ClosureKey {
-    /// Stamp of the earlier moment's scan, in nanoseconds.
-    pub from_ns: i64,
-    /// Stamp of the later moment's scan, in nanoseconds.
-    pub to_ns: i64,
+    /// The earlier moment, or that on the travel that comes before the other in their list.
+    pub from: ClosureMoment,
+    /// The later one.
+    pub to: ClosureMoment,
 }
 
 /// What became of a closure.
@@ -43,7 +52,7 @@ pub enum Refusal {
 pub struct Closure {
     /// Which moments.
     pub key: ClosureKey,
-    /// Pose at the later moment seen from the earlier, by matching.
+    /// Pose at the second moment seen from the first, by matching.
     pub from_to: Pose,
     /// Covariance of `from_to` in the frame of its own end: x, y in metres, theta in radians,
     /// row by row.

@@ -45,7 +45,7 @@ const N_A_THREAD: usize = 3;
 const SAME_SHARE: f64 = 0.3;
 
 impl ClosureSearch {
-    /// Cuts the chain into submaps. `refused` are never accepted.
+    /// Cuts the chains into submaps. `refused` are never accepted.
     pub(crate) fn new(evidence: Evidence<'_>, refused: &[ClosureKey]) -> Self {
         Self {
             graph: SubmapGraph::new(evidence),
@@ -103,7 +103,8 @@ impl ClosureSearch {
     /// The submaps that one may lie near, of each pass the nearest.
     fn guesses_of(&self, to: usize, evidence: Evidence<'_>) -> Vec<Guess> {
         let params = &evidence.params.closures;
-        let driven_m = |submap: usize| evidence.keys[self.graph.submaps[submap].anchor].driven_m;
+        let submaps = &self.graph.submaps;
+        let anchor = |submap: usize| &evidence.keys[submaps[submap].anchor];
         let covariances = self.graph.covariances_from(to);
         let guess = |from: usize| {
             let to_from = self.graph.poses[to].step_to(self.graph.poses[from]);
@@ -111,17 +112,19 @@ impl ClosureSearch {
             let guess = Guess { from, to, from_to: to_from.inverse(), covariance };
             let open_m = (params.n_std * guess.position_std_m()).min(params.half_max_m);
             let near = to_from.distance_m() <= params.reach_m + open_m;
-            (near && params.way_min_m <= driven_m(to) - driven_m(from)).then_some(guess)
+            let way_m = anchor(to).way_since_m(anchor(from));
+            (near && params.way_min_m <= way_m).then_some(guess)
         };
         let all: Vec<Option<Guess>> = (0..to).map(guess).collect();
-        let distance_m = |from: Option<usize>| {
-            let guess = from.and_then(|from| *all.get(from)?);
+        let distance_m = |of: usize, from: Option<usize>| {
+            let is_own = |other: &usize| submaps[*other].travel == submaps[of].travel;
+            let guess = from.filter(is_own).and_then(|from| *all.get(from)?);
             guess.map_or(f64::INFINITY, |guess| guess.from_to.distance_m())
         };
         let is_nearest = |guess: &Guess| {
             let here_m = guess.from_to.distance_m();
-            here_m < distance_m(guess.from.checked_sub(1))
-                && here_m <= distance_m(Some(guess.from + 1))
+            here_m < distance_m(guess.from, guess.from.checked_sub(1))
+                && here_m <= distance_m(guess.from, Some(guess.from + 1))
         };
         let mut nearest: Vec<Guess> = all.iter().copied().flatten().filter(is_nearest).collect();
         nearest.sort_by(|a, b| a.from_to.distance_m().total_cmp(&b.from_to.distance_m()));
@@ -205,8 +208,8 @@ impl ClosureSearch {
 
     /// Which moments a pair of submaps joins.
     fn key(&self, (from, to): SubmapPair, evidence: Evidence<'_>) -> ClosureKey {
-        let stamp_ns = |submap: usize| evidence.stamp_ns(self.graph.submaps[submap].anchor);
-        ClosureKey { from_ns: stamp_ns(from), to_ns: stamp_ns(to) }
+        let moment = |submap: usize| evidence.moment(self.graph.submaps[submap].anchor);
+        ClosureKey { from: moment(from), to: moment(to) }
     }
 
     /// Closures that wait for support and say the same as one that is new.

@@ -2,16 +2,17 @@
 
 use meetpoint_geometry::{GridFrame, Pose};
 
+use crate::closures::closure::ClosureMoment;
 use crate::closures::submap_match::Placed;
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::scans::chain::Chain;
 use crate::scans::key_scan::KeyScan;
-use crate::scans::laser_travel::LaserTravel;
+use crate::scans::travels::Travels;
 
-/// A travel, its key scans, and the chain that they make.
+/// Travels, their key scans, and the chains that they make.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Evidence<'a> {
-    pub(crate) travel: &'a LaserTravel,
+    pub(crate) travels: &'a Travels,
     pub(crate) keys: &'a [KeyScan],
     /// Invariant: of these key scans.
     pub(crate) chain: &'a Chain,
@@ -27,9 +28,10 @@ impl<'a> Evidence<'a> {
         (&self.keys[key], poses[origin].step_to(poses[key]))
     }
 
-    /// Stamp of a key scan, in nanoseconds.
-    pub(crate) fn stamp_ns(&self, key: usize) -> i64 {
-        self.travel.scans[self.keys[key].scan].stamp_ns
+    /// The moment of a key scan.
+    pub(crate) fn moment(&self, key: usize) -> ClosureMoment {
+        let KeyScan { travel, scan, .. } = self.keys[key];
+        ClosureMoment { travel, stamp_ns: self.travels.all.scans[scan].stamp_ns }
     }
 
     /// Pose of a key scan by the chain seen from another, without the scan.

@@ -24,32 +24,34 @@ pub struct SubmapParams {
 /// A stretch of key scans.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Submap {
+    /// The travel that they are of.
+    pub(crate) travel: usize,
     /// Its key scans.
     pub(crate) keys: Range<usize>,
     /// The one in the middle, whose pose is the submap's.
     pub(crate) anchor: usize,
 }
 
-/// All key scans, cut into submaps. The last may be shorter than the others.
+/// All key scans, cut into submaps. The last of a travel may be shorter than the others.
 pub(crate) fn submaps(keys: &[KeyScan], params: &SubmapParams) -> Vec<Submap> {
     let mut found = Vec::new();
     let mut first = 0;
     for index in 0..keys.len() {
-        let way_m = keys[index].driven_m - keys[first].driven_m;
+        let way_m = keys[index].way_since_m(&keys[first]);
         if params.way_m <= way_m || params.n_keys_max <= index - first {
-            found.push(submap(first..index));
+            found.push(submap(keys, first..index));
             first = index;
         }
     }
     if first < keys.len() {
-        found.push(submap(first..keys.len()));
+        found.push(submap(keys, first..keys.len()));
     }
     found
 }
 
-fn submap(keys: Range<usize>) -> Submap {
+fn submap(all: &[KeyScan], keys: Range<usize>) -> Submap {
     let anchor = usize::midpoint(keys.start, keys.end - 1);
-    Submap { keys, anchor }
+    Submap { travel: all[anchor].travel, keys, anchor }
 }
 
 /// Some key scans drawn, to be searched.

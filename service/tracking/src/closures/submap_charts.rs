@@ -42,10 +42,18 @@ pub(crate) fn drawn(submap: usize, submaps: &[Submap], evidence: Evidence<'_>) -
     let scans = keys.into_iter().step_by(stride);
     let scans = scans.map(|key| (evidence.keys[key].scan, evidence.seen(key, anchor)));
     let mapping = &evidence.params.mapping;
-    SubmapChart::new(evidence.travel, scans, evidence.frame, (&mapping.beam_model, &mapping.field))
+    SubmapChart::new(
+        &evidence.travels.all,
+        scans,
+        evidence.frame,
+        (&mapping.beam_model, &mapping.field),
+    )
 }
 
-/// A submap and its two neighbours along the way.
+/// A submap and its two neighbours along the way, as far as its travel goes.
 pub(crate) fn around(submap: usize, submaps: &[Submap]) -> std::ops::Range<usize> {
-    submap.saturating_sub(1)..(submap + 2).min(submaps.len())
+    let is_own = |other: usize| submaps[other].travel == submaps[submap].travel;
+    let before = submap.checked_sub(1).filter(|&before| is_own(before));
+    let after = Some(submap + 1).filter(|&after| after < submaps.len() && is_own(after));
+    before.unwrap_or(submap)..after.unwrap_or(submap) + 1
 }

@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 
 use crate::closures::evidence::Evidence;
 use crate::closures::submap::{Submap, submaps};
+use crate::closures::submap_charts::around;
 use crate::graph::normal_equations::NormalEquations;
 use crate::graph::pose_graph::{Edge, PoseGraphParams, optimise};
 use crate::graph::uncertainty::{Link, composed, covariances_from, inverted};
@@ -23,27 +24,48 @@ pub(crate) struct SubmapGraph {
     pub(crate) poses: Vec<Pose>,
     /// For each submap the covariances of the edges that it is part of.
     links: Vec<Vec<Link>>,
-    /// Of the way driven, from each submap to the next.
+    /// Of the way driven, from each submap to the next; to the first of a travel, of where it was placed.
     steps: Vec<Edge>,
     closures: Vec<Edge>,
 }
 
 impl SubmapGraph {
-    /// The chain, cut into submaps; without closures.
+    /// The chains, cut into submaps; without closures.
     pub(crate) fn new(evidence: Evidence<'_>) -> Self {
         let Evidence { keys, chain, params, .. } = evidence;
         let submaps = submaps(keys, &params.submaps);
         let poses = submaps.iter().map(|submap| chain.poses[submap.anchor]).collect();
         let links = vec![Vec::new(); submaps.len()];
         let mut graph = Self { submaps, poses, links, steps: Vec::new(), closures: Vec::new() };
+        let mut starts = evidence.travels.start_edges(keys).into_iter();
         for to in 1..graph.submaps.len() {
             let from = to - 1;
+            if graph.submaps[from].travel != graph.submaps[to].travel {
+                let edge = starts.next().and_then(|start| graph.started(to, &start, chain));
+                graph.steps.extend(edge);
+                continue;
+            }
             let anchors = (graph.submaps[from].anchor, graph.submaps[to].anchor);
             let step = graph.poses[from].step_to(graph.poses[to]);
             let edge = graph.joined_by((from, to), step, &along(chain, anchors));
             graph.steps.extend(edge.map(|edge| Edge { chi2_turn: f64::INFINITY, ..edge }));
         }
         graph
+    }
+
+    /// Ties the first submap of a travel to the first of all, as its first key scan is tied to where it
+    /// was placed.
+    fn started(&mut self, to: usize, start: &Edge, chain: &Chain) -> Option<Edge> {
+        let (first, own) = (self.submaps[0].anchor, self.submaps[to].anchor);
+        let back = chain.poses[start.from].step_to(chain.poses[first]).inverse();
+        let by_back = inverted(back.inverse(), &along(chain, (start.from, first)));
+        let placed = start.information.try_inverse()?;
+        let by_start = composed((back, &by_back), (start.from_to, &placed));
+        let there = back * start.from_to;
+        let (on, by_on) = (chain.poses[start.to].step_to(chain.poses[own]), (start.to, own));
+        let covariance = composed((there, &by_start), (on, &along(chain, by_on)));
+        let edge = self.joined_by((0, to), self.poses[0].step_to(self.poses[to]), &covariance);
+        edge.map(|edge| Edge { chi2_turn: start.chi2_turn, ..edge })
     }
 
     /// Believes a closure, as far as its residual allows.
@@ -110,7 +132,7 @@ impl SubmapGraph {
 
     /// The submaps that closures join, and their neighbours along the way.
     pub(crate) fn joined(&self) -> BTreeSet<SubmapPair> {
-        let around = |submap: usize| submap.saturating_sub(1)..=submap + 1;
+        let around = |submap: usize| around(submap, &self.submaps);
         let pairs = |edge: &Edge| {
             let to = around(edge.to);
             around(edge.from).flat_map(move |from| to.clone().map(move |to| (from, to)))
@@ -119,14 +141,21 @@ impl SubmapGraph {
     }
 
     /// Poses of the key scans: those of the chain, bent so that the anchors are where they were found.
-    pub(crate) fn key_poses(&self, chain: &Chain) -> Vec<Pose> {
+    pub(crate) fn key_poses(&self, evidence: Evidence<'_>) -> Vec<Pose> {
+        let chain = evidence.chain;
         let at = |submap: usize, key: usize| {
             let anchor = self.submaps[submap].anchor;
             self.poses[submap] * chain.poses[anchor].step_to(chain.poses[key])
         };
         let pose = |key: usize| {
             let after = self.submaps.partition_point(|submap| submap.anchor <= key);
-            let (before, after) = (after.saturating_sub(1), after.min(self.submaps.len() - 1));
+            let of = evidence.keys[key].travel;
+            let is_own =
+                |other: &usize| self.submaps.get(*other).is_some_and(|submap| submap.travel == of);
+            let (before, after) = (after.checked_sub(1).filter(is_own), Some(after).filter(is_own));
+            let (Some(before), Some(after)) = (before.or(after), after.or(before)) else {
+                return chain.poses[key];
+            };
             let (first, last) = (self.submaps[before].anchor, self.submaps[after].anchor);
             if before == after || key <= first {
                 return at(before, key);

@@ -35,12 +35,12 @@ pub(crate) struct ScannedStep {
     pub(crate) doubt: Matrix3<f64>,
 }
 
-/// The chain of a travel's key scans.
+/// The chain of key scans, travel by travel.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Chain {
-    /// Poses of the key scans, the first where live mapping had it.
+    /// Poses of the key scans, the first of each travel where live mapping had it.
     pub(crate) poses: Vec<Pose>,
-    /// Covariance of each seen from the one before; of the first, 0.
+    /// Covariance of each seen from the one before; of the first of a travel, 0.
     pub(crate) covariances: Vec<Matrix3<f64>>,
 }
 
@@ -67,7 +67,7 @@ const STD_MAX: Vector3<f64> = Vector3::new(0.5, 0.5, 0.5);
 
 /// The step of the odometry from the key scan before, if both have it and it is chained.
 pub(crate) fn odometry_step(travel: &LaserTravel, keys: &[KeyScan], to: usize) -> Option<Pose> {
-    let from = to.checked_sub(1)?;
+    let from = to.checked_sub(1).filter(|&from| keys[from].travel == keys[to].travel)?;
     let (before, after) = (&travel.scans[keys[from].scan], &travel.scans[keys[to].scan]);
     let step = before.odometry_from_robot?.step_to(after.odometry_from_robot?);
     step.is_finite().then_some(step)
@@ -89,7 +89,7 @@ pub(crate) fn odometry_edge(step: Pose, to: usize, params: &OdometryParams) -> E
 
 /// The step to a key scan as the scans have it, from where odometry or live mapping leads: whichever more
 /// of the scan agrees with. In a corridor it agrees with both, and live mapping may lag: then odometry,
-/// unless it stalled or the match left it.
+/// unless it stalled or the match left it. To the first of a travel no step leads: of it nothing is said.
 pub(crate) fn scanned_step(
     travel: &LaserTravel,
     keys: &[KeyScan],
@@ -97,6 +97,10 @@ pub(crate) fn scanned_step(
     pair: &PairParams,
 ) -> ScannedStep {
     let live = step(&travel.scans[keys[to - 1].scan], &travel.scans[keys[to].scan]);
+    if keys[to - 1].travel != keys[to].travel {
+        let nothing = Matrix3::zeros();
+        return ScannedStep { by_scans: live, information: nothing, doubt: nothing };
+    }
     let (a, b) = (&keys[to - 1].surface, &keys[to].surface);
     let stride = b.facets().len().div_ceil(N_FACETS_MAX).max(1);
     let wide = PairParams { gate_m: WIDE_GATE_M, turn_m: WIDE_GATE_M / 2.0, ..*pair };
@@ -140,21 +144,23 @@ fn doubt(taken: Pose, other: Pose, gain: f64) -> Matrix3<f64> {
 }
 
 impl Chain {
-    /// The chain of steps as scans have them and odometry as calibrated.
+    /// The chain of steps as scans have them and odometry as calibrated, travel by travel.
     pub(crate) fn new(
         travel: &LaserTravel,
         keys: &[KeyScan],
         steps: &[ScannedStep],
-        (calibration, params): (&Calibration, &OdometryParams),
+        (calibrations, params): (&[Calibration], &OdometryParams),
     ) -> Self {
         let mut chain = Self::default();
         for (to, key) in keys.iter().enumerate() {
-            let Some(from) = to.checked_sub(1) else {
+            let before = to.checked_sub(1).filter(|&from| keys[from].travel == key.travel);
+            let Some(from) = before else {
                 chain.poses.push(travel.scans[key.scan].map_from_robot);
                 chain.covariances.push(Matrix3::zeros());
                 continue;
             };
-            let odometry = odometry_step(travel, keys, to).map(|step| calibration.applied(step));
+            let step = odometry_step(travel, keys, to);
+            let odometry = step.map(|step| calibrations[key.travel].applied(step));
             let edge = odometry.map(|step| odometry_edge(step, to, params));
             let (step, covariance) = joined(&steps[from], edge.as_ref());
             chain.poses.push(chain.poses[from] * step);

@@ -4,6 +4,7 @@ use meetpoint_geometry::Pose;
 
 use crate::scans::laser_travel::{DrivenScan, LaserTravel};
 use crate::scans::surface::Surface;
+use crate::scans::travels::Travels;
 
 /// When a scan becomes a key scan.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,9 +20,11 @@ pub struct KeyScanParams {
 /// A key scan.
 #[derive(Clone, Debug)]
 pub(crate) struct KeyScan {
-    /// Which scan of the travel.
+    /// Which travel it is of.
+    pub(crate) travel: usize,
+    /// Which scan of all travels.
     pub(crate) scan: usize,
-    /// Way driven until here, in metres.
+    /// Way driven on its travel until here, in metres.
     pub(crate) driven_m: f64,
     /// What it saw.
     pub(crate) surface: Surface,
@@ -33,12 +36,25 @@ fn surface(travel: &LaserTravel, scan: &DrivenScan, range_max_m: f64) -> Option<
     Some(Surface::new(laser, &scan.ranges_m, range_max_m))
 }
 
-/// The key scans of a travel, in order: the first that saw walls, and from there on each that the
+impl KeyScan {
+    /// The way from an earlier key scan to this one, in metres; infinite from one of another travel.
+    pub(crate) fn way_since_m(&self, earlier: &Self) -> f64 {
+        if self.travel == earlier.travel { self.driven_m - earlier.driven_m } else { f64::INFINITY }
+    }
+}
+
+/// The key scans of travels, in order: of each the first that saw walls, and from there on each that the
 /// robot moved far enough for.
-pub(crate) fn key_scans(travel: &LaserTravel, params: &KeyScanParams) -> Vec<KeyScan> {
+pub(crate) fn key_scans(travels: &Travels, params: &KeyScanParams) -> Vec<KeyScan> {
+    (0..travels.len()).flat_map(|travel| key_scans_of(travels, travel, params)).collect()
+}
+
+fn key_scans_of(travels: &Travels, of: usize, params: &KeyScanParams) -> Vec<KeyScan> {
+    let travel = &travels.all;
     let mut keys: Vec<KeyScan> = Vec::new();
     let (mut driven_m, mut before) = (0.0, None);
-    for (index, scan) in travel.scans.iter().enumerate() {
+    for index in travels.scans(of) {
+        let scan = &travel.scans[index];
         driven_m += before.map_or(0.0, |before| way_m(before, scan));
         before = Some(scan);
         let far = keys.last().is_none_or(|last| {
@@ -54,7 +70,7 @@ pub(crate) fn key_scans(travel: &LaserTravel, params: &KeyScanParams) -> Vec<Key
         if let Some(surface) = surface(travel, scan, params.range_max_m)
             && N_FACETS_MIN <= surface.facets().len()
         {
-            keys.push(KeyScan { scan: index, driven_m, surface });
+            keys.push(KeyScan { travel: of, scan: index, driven_m, surface });
         }
     }
     keys

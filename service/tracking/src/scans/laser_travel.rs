@@ -1,4 +1,4 @@
-//! One session's way as its lasers saw it: what is relaxed.
+//! Sessions' ways as their lasers saw them: what is relaxed.
 
 use std::sync::Arc;
 
@@ -39,4 +39,26 @@ pub struct LaserTravel {
     pub lasers: Vec<TravelLaser>,
     /// The scans. One of a laser that is not listed counts as one that saw nothing.
     pub scans: Vec<DrivenScan>,
+}
+
+/// A travel on a map that others have driven on too, and how sure its place there is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlacedTravel {
+    /// The travel, with poses in the map's frame as known so far.
+    pub travel: LaserTravel,
+    /// Covariance of the pose at its first scan in the map's frame: x and y in metres, theta in radians,
+    /// row by row. Numbers that are not finite count as [`PlacedTravel::KNOWN_START`].
+    pub start_covariance: [[f64; 3]; 3],
+}
+
+impl PlacedTravel {
+    /// Of a start that people or docks told: half a metre and 6 degrees, as ROS has it for an initial
+    /// pose that a person points out (0.25 m2), with a heading that is better aimed.
+    pub const KNOWN_START: [[f64; 3]; 3] = [[0.25, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.01]];
+
+    /// A travel whose start was told.
+    #[must_use]
+    pub fn of_known_start(travel: LaserTravel) -> Self {
+        Self { travel, start_covariance: Self::KNOWN_START }
+    }
 }

@@ -28,10 +28,13 @@ const FAR: f64 = 1e9;
 /// Key scans no farther apart than this belong to one pass.
 const N_ONE_PASS: usize = 10;
 
-/// Each key scan with those that follow it.
-pub(crate) fn pairs_along(n_keys: usize) -> Vec<Pair> {
+/// Each key scan with those that follow it on its travel.
+pub(crate) fn pairs_along(keys: &[KeyScan]) -> Vec<Pair> {
     let later = |index: usize| STEPS.into_iter().map(move |step| (index, index + step));
-    (0..n_keys).flat_map(later).filter(|&(_, later)| later < n_keys).collect()
+    let follows = |&(index, later): &Pair| {
+        keys.get(later).is_some_and(|later| later.travel == keys[index].travel)
+    };
+    (0..keys.len()).flat_map(later).filter(follows).collect()
 }
 
 /// Each key scan with the nearest of every earlier pass, the nearest passes first. `submap_of` says
@@ -55,14 +58,14 @@ pub(crate) fn pairs_across(
         let mut near: Vec<usize> =
             near.filter_map(|at| squares.get(&at)).flatten().copied().collect();
         near.retain(|&other| {
-            let way_m = keys[index].driven_m - keys[other].driven_m;
-            N_OWN_PASS < index - other
+            let way_m = keys[index].way_since_m(&keys[other]);
+            (N_OWN_PASS < index - other || keys[index].travel != keys[other].travel)
                 && pose.step_to(poses[other]).distance_m() <= params.radius_m
                 && (way_m <= params.way_max_m
                     || joined.contains(&(submap_of[other], submap_of[index])))
         });
         near.sort_unstable();
-        let mut nearest = nearest_of_passes(&near, *pose, poses);
+        let mut nearest = nearest_of_passes(&near, *pose, (keys, poses));
         nearest.truncate(params.n_passes_max);
         pairs.extend(nearest.into_iter().map(|other| (other, index)));
         squares.entry((x, y)).or_default().push(index);
@@ -71,13 +74,17 @@ pub(crate) fn pairs_across(
 }
 
 /// Of each run of key scans the one taken nearest to `pose`, the nearest first.
-fn nearest_of_passes(near: &[usize], pose: Pose, poses: &[Pose]) -> Vec<usize> {
+fn nearest_of_passes(
+    near: &[usize],
+    pose: Pose,
+    (keys, poses): (&[KeyScan], &[Pose]),
+) -> Vec<usize> {
     let distance = |other: usize| {
         let step = pose.step_to(poses[other]);
         step.distance_m() + step.theta_rad.abs()
     };
     let mut found: Vec<(f64, usize)> = near
-        .chunk_by(|a, b| b - a <= N_ONE_PASS)
+        .chunk_by(|&a, &b| b - a <= N_ONE_PASS && keys[a].travel == keys[b].travel)
         .filter_map(|pass| {
             let rank = |&other: &usize| (distance(other), other);
             pass.iter().map(rank).min_by(|a, b| a.0.total_cmp(&b.0))

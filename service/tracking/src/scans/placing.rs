@@ -11,6 +11,7 @@ use crate::scans::key_scan::{KeyScan, step};
 use crate::scans::laser_travel::{DrivenScan, LaserTravel};
 use crate::scans::scan_pair::{PairParams, moved, pair_form};
 use crate::scans::surface::{Facet, Surface, some_facets};
+use crate::scans::travels::Travels;
 
 /// Key scans and where they are.
 #[derive(Clone, Copy, Debug)]
@@ -35,23 +36,29 @@ const N_STEPS: u32 = 2;
 /// Matches with fewer facets say nothing.
 const N_MET_MIN: u32 = 12;
 
-/// The robot's pose at a scan of the travel. Invariant: there is a key scan.
+/// The robot's pose at a scan; as live mapping had it if its travel has no key scan.
 pub(crate) fn placed(
-    travel: &LaserTravel,
+    travels: &Travels,
     scan: usize,
     around: Keys<'_>,
-    calibration: &Calibration,
+    calibrations: &[Calibration],
     (params, range_max_m): (&PairParams, f64),
 ) -> Pose {
     let Keys { keys, poses, across } = around;
+    let (travel, of) = (&travels.all, travels.travel_of(scan));
+    let is_own = |key: &usize| keys.get(*key).is_some_and(|key| key.travel == of);
     let after = keys.partition_point(|key| key.scan <= scan);
-    let (before, after) = (after.saturating_sub(1), after.min(keys.len() - 1));
+    let (before, after) = (after.checked_sub(1).filter(is_own), Some(after).filter(is_own));
+    let (Some(before), Some(after)) = (before.or(after), after.or(before)) else {
+        return travel.scans[scan].map_from_robot;
+    };
     if keys[before].scan == scan {
         return poses[before];
     }
     let (first, last) = (keys[before].scan as f64, keys[after].scan as f64);
     let share = if before == after { 0.0 } else { (scan as f64 - first) / (last - first) };
-    let (from_before, from_after) = guesses(travel, (before, scan, after), around, calibration);
+    let (from_before, from_after) =
+        guesses(travel, (before, scan, after), around, &calibrations[of]);
     let start = from_before.interpolate(from_after, share);
     let apart = from_before.step_to(from_after);
     let std_m = STEP_STD_M + 0.5 * apart.distance_m();
@@ -59,7 +66,8 @@ pub(crate) fn placed(
     let Some(laser) = travel.lasers.get(travel.scans[scan].laser) else { return start };
     let ranges_m = &travel.scans[scan].ranges_m;
     let facets = some_facets(laser, ranges_m, (range_max_m, N_FACETS_MAX));
-    let mut near = vec![before, after, before.saturating_sub(1), (after + 1).min(keys.len() - 1)];
+    let mut near = vec![before, after, before.saturating_sub(1), after + 1];
+    near.retain(is_own);
     let nearest = if share < 0.5 { before } else { after };
     near.extend(across[nearest].iter().take(N_ACROSS_MAX));
     near.sort_unstable();

@@ -45,8 +45,7 @@ impl Relaxing<'_> {
         let found = self.relax(record, &stations, (under_way, begun), saved).await?;
         let (job, record) = (self.job.id, record.clone());
         let finding = self.bench.slice(move || finding(job, &record, (&course, &stations), &found));
-        let (kept, told) = finding.await?;
-        Ok(Some((kept, told, Vec::new())))
+        Ok(Some(finding.await?))
     }
 
     /// The course with what the grid about the robot shows along it.

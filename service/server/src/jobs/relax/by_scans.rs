@@ -1,64 +1,93 @@
-//! The relaxation of one session by its scans: from the journal to what the journal keeps, stage by
-//! stage.
+//! The relaxation of sessions by their scans: from the journal to what the journal keeps, stage by stage.
 
 use std::time::Instant;
 
 use meetpoint_proto::v1;
-use meetpoint_storage::SessionRecord;
-use meetpoint_tracking::{LaserOutcome, LaserProgress, LaserTravel};
+use meetpoint_storage::{SessionId, SessionRecord};
+use meetpoint_tracking::{ClosureKey, LaserOutcome, LaserProgress};
 
 use super::super::running::Stopped;
 use super::super::workbench::Next;
-use super::driven::{self, Driven};
 use super::live_poses::live_poses;
 use super::saved::Saved;
+use super::several::{self, Several};
 use super::way::Way;
-use super::{Found, REPORT_EVERY, Relaxing, SHARE_RELAXED, share};
+use super::{Found, REPORT_EVERY, Relaxing, SHARE_RELAXED, cannot_relax, share};
+use crate::convert::closure;
 
 /// Scans without which there is nothing to hold against another.
 const N_SCANS_MIN: usize = 2;
-/// Share of a session's work at which live mapping is known again.
+/// Share of the work at which live mapping is known again.
 const SHARE_MAPPED: f64 = 0.4;
 
 impl Relaxing<'_> {
-    /// Relaxes a session by its scans; `None` if there are too few. What is interrupted begins again:
-    /// it is a matter of seconds.
-    pub(super) async fn relax_by_scans(
-        &self,
-        record: &SessionRecord,
-        way: Way,
-        saved: &mut Saved,
-    ) -> Result<Option<Found>, Stopped> {
-        if way.scans.len() < N_SCANS_MIN {
-            return Ok(None);
+    /// Relaxes the next sessions by their scans, together; those with too few are left out. What is
+    /// interrupted begins again: it is a matter of seconds.
+    pub(super) async fn relax_by_scans(&self, saved: &mut Saved) -> Result<Vec<Found>, Stopped> {
+        let ways = self.ways(saved).await?;
+        if ways.is_empty() {
+            return Ok(Vec::new());
         }
         let shares = share(saved, 0.0)..share(saved, SHARE_MAPPED);
-        let (at_work, wanted) =
-            ((self.running, self.bench), (self.map, record.id, way.course.moments.len()));
-        let live = live_poses(self.service, wanted, &saved.found, at_work, shares).await?;
-        let switched_off = self.service.store.closures_off(record.id).await?;
-        let driven = self.bench.slice(move || Driven::new(way, live)).await?;
-        let outcome = self.staged(record, driven.travel(), switched_off, saved).await?;
-        let (job, record) = (self.job.id, record.clone());
-        let forgets_identities = self.params.forget_identities;
-        let found = self
-            .bench
-            .slice(move || driven::found((job, &record), &driven, &outcome, forgets_identities));
-        let driven::Found { kept, told, closures } = found.await?;
-        self.running.progress(share(saved, 1.0), Some(&text(&told))).await?;
-        Ok(Some((kept, told, closures)))
+        let wanted: Vec<(SessionId, usize)> =
+            ways.iter().map(|(record, way)| (record.id, way.course.moments.len())).collect();
+        let at_work = (self.running, self.bench);
+        let live = (self.map, wanted.as_slice());
+        let live = live_poses(self.service, live, &saved.found, at_work, shares).await?;
+        let several = self.bench.slice(move || Several::new(ways, live)).await?;
+        let switched_off = self.service.store.closures_off(&self.map.id).await?;
+        let switched_off = closure::keys_among(&several.sessions(), &switched_off);
+        let outcome = self.staged(&several, switched_off, saved).await?;
+        let (job, forgets_identities) = (self.job.id, self.params.forget_identities);
+        let found = move || several::found(job, &several, &outcome, forgets_identities);
+        let (found, closures) = self.bench.slice(found).await?;
+        for (_, told) in &found {
+            self.running.progress(share(saved, 1.0), Some(&text(told))).await?;
+        }
+        if let Some(text) = text_of_all(&found, &closures) {
+            self.running.progress(share(saved, 1.0), Some(&text)).await?;
+        }
+        saved.closures.extend(closures);
+        Ok(found)
+    }
+
+    /// The ways of the next sessions, as far as their scans may be in memory together.
+    async fn ways(&self, saved: &Saved) -> Result<Vec<(SessionRecord, Way)>, Stopped> {
+        let mut bytes_left = self.service.settings.jobs.scans_bytes_max;
+        let mut ways: Vec<(SessionRecord, Way)> = Vec::new();
+        for planned in saved.together() {
+            let record = self.service.session_record(&planned.session.0.to_string()).await?;
+            match self.way(&record, planned.through, Some(bytes_left)).await? {
+                Ok(way) if way.scans.len() < N_SCANS_MIN => {}
+                Ok(way) => {
+                    bytes_left = bytes_left.saturating_sub(way.n_scan_bytes());
+                    ways.push((record, way));
+                }
+                Err(problem) if ways.is_empty() => return Err(cannot_relax(&record, problem)),
+                Err(problem) => {
+                    let (session, n_before) = (record.id.0, ways.len());
+                    let text = format!(
+                        "session {session} is left out and stays where it is: beside the {n_before} \
+                         before it, {problem}"
+                    );
+                    self.running.progress(share(saved, 0.0), Some(&text)).await?;
+                }
+            }
+        }
+        Ok(ways)
     }
 
     /// Goes through the stages, and tells of each that is behind.
     async fn staged(
         &self,
-        record: &SessionRecord,
-        travel: LaserTravel,
-        switched_off: Vec<[i64; 2]>,
+        several: &Several,
+        switched_off: Vec<ClosureKey>,
         saved: &Saved,
     ) -> Result<LaserOutcome, Stopped> {
+        let (travels, sessions) = (several.travels(), several.sessions());
+        let first = sessions.first().map_or_else(String::new, |first| first.0.to_string());
         let mut pieces = self.bench.pieces(move |teller| {
-            driven::relaxed(travel, &switched_off, teller.n_threads(), |progress| {
+            several::relaxed(travels, &switched_off, teller.n_threads(), |progress| {
                 teller.tell(progress).map_continue(|()| teller.n_threads())
             })
         })?;
@@ -74,9 +103,9 @@ impl Relaxing<'_> {
             if let Some(behind) = behind {
                 n_stages += 1;
                 let figures = v1::RelaxFigures {
-                    session: record.id.0.to_string(),
+                    session: first.clone(),
                     iteration: n_stages,
-                    stage: driven::stage(behind).to_owned(),
+                    stage: several::stage(behind).to_owned(),
                     log_likelihood: None,
                 };
                 self.tell(progress, figures, saved).await?;
@@ -104,4 +133,29 @@ fn text(told: &v1::RelaxedSession) -> String {
         mean_bits(before),
         told.correction_max_m
     )
+}
+
+/// What came of several sessions together, for people; `None` of one.
+fn text_of_all(found: &[Found], closures: &[v1::Closure]) -> Option<String> {
+    if found.len() < 2 {
+        return None;
+    }
+    let accepted = i32::from(v1::ClosureVerdict::Accepted);
+    let between = closures.iter().filter(|one| one.from_session != one.to_session);
+    let between: Vec<&v1::Closure> = between.filter(|one| one.verdict == accepted).collect();
+    let is_met = |session: &str| {
+        between.iter().any(|one| one.from_session == session || one.to_session == session)
+    };
+    let sessions = found.iter().map(|(_, told)| told.session.as_str());
+    let alone: Vec<&str> = sessions.filter(|session| !is_met(session)).collect();
+    let met = format!(
+        "{} sessions relaxed together: {} closures accepted between them",
+        found.len(),
+        between.len()
+    );
+    Some(if alone.is_empty() {
+        met
+    } else {
+        format!("{met}; these meet none of the others: {}", alone.join(", "))
+    })
 }

@@ -14,9 +14,9 @@ const N_SESSIONS_READ: u32 = 100;
 /// What a job is to do.
 #[derive(Debug, Default, PartialEq)]
 pub(super) struct Choice {
-    /// Sessions in the order in which they were opened.
+    /// Those that are relaxed by their scans first, else in the order in which they were opened.
     pub(super) planned: Vec<Planned>,
-    /// Sessions whose scans are matched with what others, or an import, have drawn: they follow it.
+    /// Sessions whose scans are matched with what was imported: they stay in it.
     pub(super) following: Vec<SessionId>,
 }
 
@@ -30,19 +30,21 @@ pub(super) async fn choice(
     let asked = params.sessions.iter().map(|id| session::id("relax.sessions", id));
     let asked = asked.collect::<Result<Vec<SessionId>, Error>>()?;
     let filter = SessionFilter { map: Some(map.clone()), robot: None };
-    let mut is_drawn = store.is_imported(map).await?;
+    let is_imported = store.is_imported(map).await?;
     let (mut choice, mut after) = (Choice::default(), None);
     loop {
         let page = store.sessions(&filter, after, N_SESSIONS_READ).await?;
-        let Some(last) = page.last() else { return Ok(choice) };
+        let Some(last) = page.last() else {
+            choice.planned.sort_by_key(|planned| planned.method != Method::Scans);
+            return Ok(choice);
+        };
         after = Some(last.id);
         for record in page.iter().filter(|record| record.map_from_session.is_some()) {
             let Some(method) = method(record, params.landmarks_from_grid)? else { continue };
             let is_named = asked.contains(&record.id);
-            // What was matched with the map of others has its place from it, and relaxed by itself
-            // it would lose that.
-            let follows = method == Method::Scans && is_drawn;
-            is_drawn |= 0 < record.n_scans;
+            // What was matched with an imported map has its place from it, which scans alone do not
+            // know.
+            let follows = method == Method::Scans && is_imported;
             if is_named || (asked.is_empty() && !follows) {
                 let through = record.acked_through;
                 choice.planned.push(Planned { session: record.id, method, through });

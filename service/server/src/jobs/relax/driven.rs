@@ -1,25 +1,17 @@
 //! A session's way as its scans tell of it: with live poses, relaxed, and what is kept of that.
 
-use std::num::NonZero;
-use std::ops::ControlFlow;
-
 use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 use meetpoint_storage::{JobId, SessionRecord};
-use meetpoint_tracking::{
-    ClosureKey, DrivenScan, LaserOutcome, LaserProgress, LaserRelaxation, LaserRelaxationParams,
-    LaserStage, LaserTravel,
-};
+use meetpoint_tracking::{DrivenScan, LaserTravel, PlacedTravel, TravelOutcome};
 
 use super::course::Course;
 use super::finding::count;
 use super::fitted_landmarks::fitted_landmarks;
 use super::live_poses::LivePose;
 use super::way::{Way, WayScan};
-use crate::convert::closure;
 use crate::convert::pose;
 use crate::convert::relaxation::RelaxedSession;
-use crate::error::Error;
 
 /// Scans to either side in the order of arrival among which a stamp is looked for: seconds.
 const N_NEIGHBOURS: usize = 32;
@@ -31,6 +23,7 @@ pub(super) struct Driven {
     live: Vec<LivePose>,
     /// Places of the scans among the moments.
     moments: Vec<usize>,
+    /// In the session's frame.
     travel: LaserTravel,
 }
 
@@ -59,9 +52,18 @@ impl Driven {
         Self { course, live, moments, travel }
     }
 
-    /// What is relaxed.
-    pub(super) fn travel(&self) -> LaserTravel {
-        self.travel.clone()
+    /// What is relaxed, in the frame of the session's map.
+    pub(super) fn placed(&self, record: &SessionRecord) -> PlacedTravel {
+        let (map_from_session, mut travel) = (place(record), self.travel.clone());
+        for scan in &mut travel.scans {
+            scan.map_from_robot = map_from_session * scan.map_from_robot;
+        }
+        PlacedTravel::of_known_start(travel)
+    }
+
+    /// Which of its scans has a stamp.
+    pub(super) fn scan_at(&self, stamp_ns: i64) -> Option<usize> {
+        self.travel.scans.iter().position(|scan| scan.stamp_ns == stamp_ns)
     }
 
     /// The pose at every moment: relaxed at scans; between them the way as live mapping had it, bent to
@@ -114,120 +116,55 @@ impl Driven {
     }
 }
 
-/// Relaxes a travel slice by slice on `n_threads` threads and tells how far it is; is told in return how
-/// many the next slice may have, or to stop, which gives `None`.
-///
-/// # Errors
-/// [`Error::Internal`] for parameters that nobody can draw by.
-pub(super) fn relaxed(
-    travel: LaserTravel,
-    switched_off: &[[i64; 2]],
-    n_threads: NonZero<usize>,
-    mut tell: impl FnMut(LaserProgress) -> ControlFlow<(), NonZero<usize>>,
-) -> Result<Option<LaserOutcome>, Error> {
-    let keys = switched_off.iter().map(|&[from_ns, to_ns]| ClosureKey { from_ns, to_ns });
-    let keys: Vec<ClosureKey> = keys.collect();
-    let relaxation = LaserRelaxation::new(travel, LaserRelaxationParams::INDOOR, &keys);
-    let mut relaxation = relaxation.map_err(|error| Error::internal(format!("{error:?}")))?;
-    relaxation.use_threads(n_threads);
-    while let Some(progress) = relaxation.advance() {
-        match tell(progress) {
-            ControlFlow::Continue(n_threads) => relaxation.use_threads(n_threads),
-            ControlFlow::Break(()) => return Ok(None),
-        }
-    }
-    Ok(Some(relaxation.into_outcome()))
-}
-
-/// What a stage is called.
-pub(super) fn stage(stage: LaserStage) -> &'static str {
-    match stage {
-        LaserStage::Before => "the map by live poses",
-        LaserStage::Chain => "scans against those before",
-        LaserStage::Closures => "closures",
-        LaserStage::Sweeps => "scans against all near them",
-        LaserStage::Placing => "scans between key scans",
-        LaserStage::After => "the map by relaxed poses",
-    }
-}
-
-/// What was found of a session.
-#[derive(Debug)]
-pub(super) struct Found {
-    /// For the journal.
-    pub(super) kept: RelaxedSession,
-    /// For those who asked.
-    pub(super) told: v1::RelaxedSession,
-    /// For the ledger.
-    pub(super) closures: Vec<v1::Closure>,
-}
-
-/// What the journal keeps, what there is to tell, and what closures were considered.
+/// What the journal keeps of a session, and what there is to tell of it beside its closures. `outcome` has
+/// its poses in the map's frame.
 pub(super) fn found(
     (job, record): (JobId, &SessionRecord),
     driven: &Driven,
-    outcome: &LaserOutcome,
+    outcome: &TravelOutcome,
     forgets_identities: bool,
-) -> Found {
+) -> (RelaxedSession, v1::RelaxedSession) {
     let moments = &driven.course.moments;
-    let poses = driven.poses(&outcome.poses);
+    let TravelOutcome { poses, calibration, move_max_m: _ } = outcome;
+    let map_from_session = place(record);
+    let session_from_map = map_from_session.inverse();
+    let relaxed: Vec<Pose> = poses.iter().map(|&pose| session_from_map * pose).collect();
+    let poses = driven.poses(&relaxed);
     let landmarks = fitted_landmarks(moments, &poses, forgets_identities);
     let live: Vec<Pose> = driven.live.iter().map(|live| live.session_from_robot).collect();
     let moved = poses.iter().zip(&live);
     let moved_m = moved.map(|(pose, live)| (pose.position() - live.position()).norm());
-    let map_from_session = record.map_from_session.map_or(Pose::IDENTITY, pose::from_record);
     let relaxed_landmarks = landmarks.relaxed(job, record.id);
-    let LaserOutcome { poses: of_scans, closures, before, after, calibration, move_max_m: _ } =
-        outcome;
     let calibration = v1::OdometryCalibration {
         scale: calibration.length_scale,
         turn_per_m: calibration.turn_per_m,
         turn_per_rad: calibration.turn_scale - 1.0,
     };
-    let closures: Vec<v1::Closure> = closures
-        .iter()
-        .map(|found| {
-            let at = |stamp_ns| {
-                let scan = driven.travel.scans.iter().position(|scan| scan.stamp_ns == stamp_ns)?;
-                of_scans.get(scan).map(|&pose| map_from_session * pose)
-            };
-            closure::found(record.id, found, at)
-        })
-        .collect();
-    let accepted = i32::from(v1::ClosureVerdict::Accepted);
-    let n_accepted = closures.iter().filter(|found| found.verdict == accepted).count();
     let told = v1::RelaxedSession {
         session: record.id.0.to_string(),
         steps: count(driven.travel.scans.len()),
         sightings: count(landmarks.n_sightings),
         sightings_left_out: driven.course.n_left_out,
         landmarks: count(landmarks.len()),
-        log_likelihood: 0.0,
         confidence: relaxed_landmarks.iter().map(|landmark| landmark.certainty).product(),
         spread_before_m: landmarks.spread_m(moments, &live),
         spread_after_m: landmarks.spread_m(moments, &poses),
         correction_max_m: moved_m.fold(0.0, f64::max),
         calibration: driven.course.has_odometry().then_some(calibration),
-        alternatives: Vec::new(),
         method: v1::RelaxMethod::Scans.into(),
         scans: Some(v1::ScanRelaxation {
             scans: count(driven.travel.scans.len()),
-            closures_accepted: count(n_accepted),
-            closures_refused: count(closures.len() - n_accepted),
-            chi2_before: before.chi2,
-            chi2_after: after.chi2,
-            before: Some(closure::sharpness(before.sharpness)),
-            after: Some(closure::sharpness(after.sharpness)),
+            ..v1::ScanRelaxation::default()
         }),
-        grid_sightings: 0,
+        ..v1::RelaxedSession::default()
     };
-    let kept = RelaxedSession {
-        session: record.id,
-        map_from_session,
-        poses,
-        landmarks: relaxed_landmarks,
-    };
-    Found { kept, told, closures }
+    let session = record.id;
+    (RelaxedSession { session, map_from_session, poses, landmarks: relaxed_landmarks }, told)
+}
+
+/// The session's place in the map.
+fn place(record: &SessionRecord) -> Pose {
+    record.map_from_session.map_or(Pose::IDENTITY, pose::from_record)
 }
 
 #[cfg(test)]

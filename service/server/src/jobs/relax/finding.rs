@@ -55,6 +55,7 @@ pub(super) fn finding(
                 decided_by: decided_by(map_from_session, poses, &other.in_doubt),
             })
             .collect(),
+        together_with: Vec::new(),
     };
     let landmarks = landmarks.iter().enumerate();
     let kept = RelaxedSession {

@@ -1,8 +1,8 @@
 //! Where live mapping had a robot: what a relaxation by scans begins with.
 //!
-//! As the newest version has it, if it was tracked there and is complete. Else, as of a session that was
-//! relaxed before, the map is drawn again without what is known of this session; which gives the same
-//! poses, since live mapping is a function of the journal.
+//! As the newest version has it, if it was tracked there and is complete. Else, as of sessions of which one
+//! was relaxed before, the map is drawn again without what is known of them; which gives the same poses,
+//! since live mapping is a function of the journal.
 
 use std::ops::Range;
 
@@ -35,26 +35,47 @@ impl From<&PoseRecord> for LivePose {
     }
 }
 
-/// The poses of a session at its first `n_moments` observations that have one, while the job's progress
-/// goes through `shares`. `found` is what the job knows of sessions before.
+/// The poses of some sessions, of each at its first observations, as many as wanted, that have one, while
+/// the job's progress goes through `shares`. `found` is what the job knows of sessions before.
 pub(super) async fn live_poses(
     service: &Service,
-    (map, session, n_moments): (&MapRecord, SessionId, usize),
+    (map, wanted): (&MapRecord, &[(SessionId, usize)]),
     found: &[RelaxedSession],
     at_work: (&Running<'_>, &Workbench),
     shares: Range<f64>,
-) -> Result<Vec<LivePose>, Stopped> {
+) -> Result<Vec<Vec<LivePose>>, Stopped> {
     if found.is_empty()
-        && let Some(poses) = tracked(service, map, session, n_moments).await?
+        && let Some(poses) = all_tracked(service, map, wanted).await?
     {
         return Ok(poses);
     }
     let store = &service.store;
     let end = store.journal_end(&map.id).await?;
     let relaxations = Relaxations::load(store, &map.id, end).await?;
-    let relaxations = relaxations.with(found).without(session);
+    let relaxations = wanted
+        .iter()
+        .fold(relaxations.with(found), |relaxations, (session, _)| relaxations.without(*session));
     let drawn = drawn(service, (map, end), relaxations, at_work, shares).await?;
-    Ok(drawn.poses(session).iter().take(n_moments).map(LivePose::from).collect())
+    let of = |&(session, n_moments): &(SessionId, usize)| {
+        drawn.poses(session).iter().take(n_moments).map(LivePose::from).collect()
+    };
+    Ok(wanted.iter().map(of).collect())
+}
+
+/// The poses that the newest version has, if those of all are those of live mapping and complete.
+async fn all_tracked(
+    service: &Service,
+    map: &MapRecord,
+    wanted: &[(SessionId, usize)],
+) -> Result<Option<Vec<Vec<LivePose>>>, Stopped> {
+    let mut poses = Vec::new();
+    for &(session, n_moments) in wanted {
+        let Some(of_session) = tracked(service, map, session, n_moments).await? else {
+            return Ok(None);
+        };
+        poses.push(of_session);
+    }
+    Ok(Some(poses))
 }
 
 /// The poses that the newest version has, if they are those of live mapping and complete.

@@ -10,7 +10,7 @@ use crate::convert::relaxation::{self, RelaxedSession};
 use crate::error::Error;
 
 /// The layout of [`Written`]; a checkpoint of another one is not gone on from, the job begins anew.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// By what a session is relaxed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +42,7 @@ pub(super) struct Saved {
     pub(super) found: Vec<RelaxedSession>,
     /// What there is to tell of them.
     pub(super) told: Vec<v1::RelaxedSession>,
-    /// The closures that were considered in them.
+    /// The closures that were considered in them and between them.
     pub(super) closures: Vec<v1::Closure>,
     /// The relaxation of the next session, as it left its last milestone.
     pub(super) under_way: Option<UnderWay>,
@@ -124,6 +124,14 @@ impl Saved {
     /// A job that has not begun.
     pub(super) fn first(sessions: Vec<Planned>) -> Self {
         Self { sessions, ..Self::default() }
+    }
+
+    /// The sessions that are relaxed next: one, or those that are relaxed together by their scans.
+    pub(super) fn together(&self) -> &[Planned] {
+        let left = &self.sessions[self.n_done.min(self.sessions.len())..];
+        let by_scans = |planned: &&Planned| planned.method == Method::Scans;
+        let n_by_scans = left.iter().take_while(by_scans).count();
+        &left[..n_by_scans.max(1).min(left.len())]
     }
 
     pub(super) fn to_bytes(&self) -> Vec<u8> {
@@ -212,6 +220,18 @@ impl Saved {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sessions_with_scans_are_relaxed_together() {
+        let session = SessionId(Uuid::from_u128(3));
+        let planned = |method| Planned { session, method, through: 1 };
+        let methods = [Method::Scans, Method::Scans, Method::Landmarks, Method::Landmarks];
+        let mut saved = Saved::first(methods.map(planned).to_vec());
+        for (n_done, n_next) in [(0, 2), (1, 1), (2, 1), (3, 1), (4, 0)] {
+            saved.n_done = n_done;
+            assert_eq!(saved.together().len(), n_next, "after {n_done}");
+        }
+    }
 
     #[test]
     fn what_is_written_is_read() {

@@ -45,6 +45,13 @@ pub(super) struct WayReader {
     problem: Option<String>,
 }
 
+impl Way {
+    /// What the scans take in memory.
+    pub(super) fn n_scan_bytes(&self) -> usize {
+        self.scans.iter().map(|scan| size_of_val(&*scan.ranges_m)).sum()
+    }
+}
+
 impl WayReader {
     /// Begins to read a session; `scans_bytes_max` is how much its scans may take in memory, `None` if
     /// they are not wanted.
