@@ -70,7 +70,14 @@ fn relaxed_by(
     travel: &LaserTravel,
     refused: &[ClosureKey],
 ) -> LaserOutcome {
-    let placed = vec![PlacedTravel::of_known_start(travel.clone())];
+    relaxed_together(params, vec![PlacedTravel::of_known_start(travel.clone())], refused)
+}
+
+fn relaxed_together(
+    params: &LaserRelaxationParams,
+    placed: Vec<PlacedTravel>,
+    refused: &[ClosureKey],
+) -> LaserOutcome {
     let mut relaxation = LaserRelaxation::new(placed, *params, refused).expect("a resolution");
     let mut share = 0.0;
     while let Some(progress) = relaxation.advance() {
@@ -185,6 +192,69 @@ fn an_office_is_not_taken_for_another_alike() {
     }
     let error_m = error_max_m(poses(&outcome), &driven.truths);
     assert!(error_m < 0.3, "{error_m} m off");
+}
+
+/// A travel that was placed somewhat wrong.
+fn misplaced(mut travel: LaserTravel, map_from_there: Pose) -> PlacedTravel {
+    for scan in &mut travel.scans {
+        scan.map_from_robot = map_from_there * scan.map_from_robot;
+    }
+    PlacedTravel::of_known_start(travel)
+}
+
+#[test]
+fn robots_that_saw_the_same_are_laid_over_one_another() {
+    let world = corridor_loop();
+    let [a, b] = [3, 8].map(|seed| driven(&world.building, &world.tours[0], seed));
+    let off = Pose::new(0.3, -0.2, 0.05);
+    let placed =
+        vec![PlacedTravel::of_known_start(a.travel.clone()), misplaced(b.travel.clone(), off)];
+    let outcome = relaxed_together(&PARAMS, placed.clone(), &[]);
+    assert_eq!(outcome.travels.len(), 2, "an outcome each");
+    for (found, driven) in outcome.travels.iter().zip([&a, &b]) {
+        let error_m = error_max_m(&found.poses, &driven.truths);
+        assert!(error_m < 0.12, "{error_m} m off");
+        let scale = found.calibration.length_scale * OdometryError::UNCALIBRATED.scale;
+        assert!((scale - 1.0).abs() < 0.01, "{:?}", found.calibration);
+    }
+    let between: Vec<&Closure> =
+        accepted(&outcome).filter(|one| one.key.from.travel != one.key.to.travel).collect();
+    assert!(!between.is_empty(), "{:?}", outcome.closures);
+    assert!(between.iter().all(|one| one.key.from.travel < one.key.to.travel), "in their order");
+    let n_threads = NonZero::new(3).expect("not zero");
+    let by_three = LaserRelaxationParams { n_threads, ..PARAMS };
+    assert_eq!(outcome, relaxed_together(&by_three, placed.clone(), &[]), "the same bits");
+
+    let refused: Vec<ClosureKey> = between.iter().map(|one| one.key).collect();
+    let without = relaxed_together(&PARAMS, placed, &refused);
+    let is_believed = |key: &ClosureKey| accepted(&without).any(|one| one.key == *key);
+    assert!(!refused.iter().any(is_believed), "switched off between travels too");
+}
+
+#[test]
+fn who_meets_nobody_stays_where_he_was() {
+    let world = corridor_loop();
+    let [a, b] = [3, 8].map(|seed| driven(&world.building, &world.tours[0], seed));
+    let far = Pose::new(80.0, -30.0, 2.0);
+    let alone = relaxed(&b.travel, &[]);
+    let nothing = PlacedTravel::of_known_start(LaserTravel::default());
+    let placed = vec![
+        nothing,
+        PlacedTravel::of_known_start(a.travel.clone()),
+        misplaced(b.travel.clone(), far),
+    ];
+    let outcome = relaxed_together(&PARAMS, placed, &[]);
+    assert!(outcome.travels[0].poses.is_empty(), "of a travel without scans");
+    let (found, expected) = (&outcome.travels[2].poses, poses(&alone));
+    let start = found[0].step_to(far * b.travel.scans[0].map_from_robot);
+    assert!(start.distance_m() < 0.02, "{start:?}");
+    for (pose, expected) in found.iter().zip(expected) {
+        // Grids lie otherwise under a turned building: the same but for millimetres.
+        let off_m = (far * *expected).step_to(*pose).distance_m();
+        assert!(off_m < 0.05, "as alone: {off_m} m");
+    }
+    let between = outcome.closures.iter().filter(|one| one.key.from.travel != one.key.to.travel);
+    assert_eq!(between.count(), 0, "nothing was seen twice");
 }
 
 /// No pose.
