@@ -22,7 +22,7 @@ use crate::scans::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scan
 use crate::scans::key_scan::{KeyScan, key_scans};
 use crate::scans::laser_travel::PlacedTravel;
 use crate::scans::neighbours::{pairs_across, pairs_along};
-use crate::scans::placing::{Keys, placed, stands};
+use crate::scans::placing::{Keys, carried, placed, stands};
 use crate::scans::sweep::Sweeps;
 use crate::scans::travels::Travels;
 use crate::sharpness::Sharpness;
@@ -36,6 +36,8 @@ pub struct LaserRelaxation {
     params: LaserRelaxationParams,
     frame: GridFrame,
     refused: Vec<ClosureKey>,
+    /// What an earlier relaxation judged, if one is gone on from.
+    known: Option<Vec<Closure>>,
     keys: Vec<KeyScan>,
     chain: Chain,
     /// Of each travel.
@@ -108,8 +110,33 @@ impl LaserRelaxation {
         params: LaserRelaxationParams,
         refused: &[ClosureKey],
     ) -> Result<Self, InvalidResolution> {
+        Self::begun(Travels::new(travels, false), params, refused, None)
+    }
+
+    /// Begins one that goes on from an earlier one of the same travels, which have grown since: cheaply,
+    /// to be done again and again while robots drive. Closures are looked for where something is new;
+    /// what is known bends with the graph, but only what is new is matched once more, and no map is drawn
+    /// to be measured. `known` are the closures that the earlier one judged, by the same order of travels.
+    /// Less is gone through than `params` ask for: see [`LaserRelaxationParams::in_passing`].
+    ///
+    /// # Errors
+    /// [`InvalidResolution`] unless that of the parameters is finite and positive.
+    pub fn going_on(
+        travels: Vec<PlacedTravel>,
+        params: LaserRelaxationParams,
+        refused: &[ClosureKey],
+        known: Vec<Closure>,
+    ) -> Result<Self, InvalidResolution> {
+        Self::begun(Travels::new(travels, true), params.in_passing(), refused, Some(known))
+    }
+
+    fn begun(
+        travels: Travels,
+        params: LaserRelaxationParams,
+        refused: &[ClosureKey],
+        known: Option<Vec<Closure>>,
+    ) -> Result<Self, InvalidResolution> {
         let frame = GridFrame::new(params.resolution_m)?;
-        let travels = Travels::new(travels);
         let keys = key_scans(&travels, &params.key_scans);
         let scans = &travels.all.scans;
         let poses = scans.iter().map(|scan| scan.map_from_robot).collect();
@@ -120,6 +147,7 @@ impl LaserRelaxation {
             params,
             frame,
             refused: refused.to_vec(),
+            known,
             keys,
             chain: Chain::default(),
             key_poses: live,
@@ -167,6 +195,9 @@ impl LaserRelaxation {
         let around = Keys { keys, poses: &self.key_poses, across: &self.across };
         let by = (&pair, params.key_scans.range_max_m);
         let place = |scan: usize| {
+            if travels.is_known(scan) {
+                return Some(carried(travels, scan, around));
+            }
             let stood = !travels.begins_at(scan) && stands(travel, (scan - 1, scan));
             (!stood).then(|| placed(travels, scan, around, &self.calibrations, by))
         };
@@ -183,8 +214,10 @@ impl LaserRelaxation {
     /// Draws the map by live poses and matches each key scan with the one before.
     fn chain_some(&mut self, mut drawing: Drawing, mut steps: Vec<ScannedStep>) -> Work {
         let end = (steps.len() + 1 + N_CHAINED_SLICE).min(self.keys.len());
-        let mut parts = vec![Part::Draw(&mut drawing, &self.key_poses, end)];
-        parts.extend((steps.len() + 1..end).map(Part::Chain));
+        let mut parts: Vec<Part<'_>> = (steps.len() + 1..end).map(Part::Chain).collect();
+        if self.known.is_none() {
+            parts.insert(0, Part::Draw(&mut drawing, &self.key_poses, end));
+        }
         for done in self.parted(parts) {
             if let Parted::Chained(step) = done {
                 steps.push(step);
@@ -202,7 +235,7 @@ impl LaserRelaxation {
         let by_odometry = (self.calibrations.as_slice(), &self.params.odometry);
         self.chain = Chain::new(&self.travels.all, &self.keys, &steps, by_odometry);
         let pairs = pairs_along(&self.keys);
-        Work::ChainSweeps(Sweeps::new(self.keys.len(), pairs, self.way_edges()), 0)
+        Work::ChainSweeps(Sweeps::new(&self.keys, pairs, self.way_edges()), 0)
     }
 
     /// Finds the scale of each travel's odometry.
@@ -237,7 +270,8 @@ impl LaserRelaxation {
         if n_done + 1 < self.params.n_chain_sweeps {
             return Work::ChainSweeps(sweeps, n_done + 1);
         }
-        Work::Closures(Box::new(ClosureSearch::new(self.evidence(), &self.refused)))
+        let known = self.known.as_deref().unwrap_or_default();
+        Work::Closures(Box::new(ClosureSearch::new(self.evidence(), &self.refused, known)))
     }
 
     fn evidence(&self) -> Evidence<'_> {
@@ -272,7 +306,7 @@ impl LaserRelaxation {
         }
         pairs.extend(across);
         let others = search.graph.anchor_edges().into_iter().chain(self.way_edges());
-        let sweeps = Sweeps::new(self.keys.len(), pairs, others);
+        let sweeps = Sweeps::new(&self.keys, pairs, others);
         self.live = live;
         self.search = Some(search);
         Work::Sweeps(sweeps, 0)
@@ -312,7 +346,10 @@ impl LaserRelaxation {
         let (n_scans, from) = (self.travels.all.scans.len(), self.n_placed);
         let end = (from + N_PLACED_SLICE).min(n_scans);
         let n_drawn = (self.keys.len() * end).div_ceil(n_scans.max(1));
-        let mut parts = vec![Part::Draw(&mut drawing, &self.key_poses, n_drawn)];
+        let mut parts = Vec::new();
+        if self.known.is_none() {
+            parts.push(Part::Draw(&mut drawing, &self.key_poses, n_drawn));
+        }
         let chunks = (from..end).step_by(N_PLACED_AT_ONCE);
         parts.extend(chunks.map(|first| Part::Place(first..end.min(first + N_PLACED_AT_ONCE))));
         for done in self.parted(parts) {

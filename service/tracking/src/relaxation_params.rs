@@ -139,6 +139,20 @@ impl LaserRelaxationParams {
         PairParams { gate_m: 0.25, turn_m: 0.1, facet_std_m: self.facet_std_m }
     }
 
+    /// The same with less patience, for what is done again and again while robots drive: one pass over
+    /// what is new, and as many sweeps over it as bring centimetres. What remains is left to a
+    /// relaxation in full.
+    #[must_use]
+    pub fn in_passing(self) -> Self {
+        Self {
+            closures: ClosureParams { n_passes_max: 1, ..self.closures },
+            n_chain_sweeps: 1,
+            n_wide_sweeps: 1,
+            n_sweeps_max: 2,
+            ..self
+        }
+    }
+
     /// For 2-D lasers on wheeled robots in buildings.
     pub const INDOOR: Self = Self {
         mapping: MappingParams::INDOOR,

@@ -83,7 +83,7 @@ fn tracked_apart(log: &[LoggedScan], cut: usize) -> Result<Vec<PlacedTravel>, Bo
     for (axis, std) in [std_m, std_m, std_rad].into_iter().enumerate() {
         start_covariance[axis][axis] = std * std;
     }
-    let second = PlacedTravel { travel: second, start_covariance };
+    let second = PlacedTravel { start_covariance, ..PlacedTravel::of_known_start(second) };
     Ok(vec![PlacedTravel::of_known_start(first), second])
 }
 

@@ -1,6 +1,7 @@
 //! Closures: that two moments of travels are near one another, by what was seen.
 
 use meetpoint_geometry::Pose;
+use nalgebra::Vector3;
 
 /// A moment of a travel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -70,4 +71,13 @@ pub struct Closure {
     pub chi2: f64,
     /// What became of it.
     pub verdict: Verdict,
+}
+
+impl Closure {
+    /// The same with what the relaxed poses say of it: difference, its square in units of the covariance,
+    /// and what became of it.
+    pub(crate) fn judged(self, (error, chi2): (Vector3<f64>, f64), verdict: Verdict) -> Self {
+        let (residual_m, residual_rad) = (error.x.hypot(error.y), error.z.abs());
+        Self { residual_m, residual_rad, chi2, verdict, ..self }
+    }
 }

@@ -13,6 +13,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::closures::closure::{Closure, ClosureKey, Refusal, Verdict};
 use crate::closures::evidence::Evidence;
+use crate::closures::known_closures::{known, submaps_of};
 use crate::closures::overlay::{Found, Guess, overlaid};
 use crate::closures::submap_charts::SubmapCharts;
 use crate::closures::submap_graph::{SubmapGraph, SubmapPair};
@@ -26,7 +27,9 @@ use crate::side_by_side::side_by_side;
 pub(crate) struct ClosureSearch {
     pub(crate) graph: SubmapGraph,
     found: BTreeMap<SubmapPair, Found>,
-    refused: BTreeSet<ClosureKey>,
+    /// Those among them that an earlier relaxation judged, as it did.
+    known: BTreeMap<SubmapPair, Closure>,
+    refused: BTreeSet<SubmapPair>,
     /// What was guessed when a pair was last matched, and its deviation.
     tried: BTreeMap<SubmapPair, (Pose, f64)>,
     charts: SubmapCharts,
@@ -45,12 +48,21 @@ const N_A_THREAD: usize = 3;
 const SAME_SHARE: f64 = 0.3;
 
 impl ClosureSearch {
-    /// Cuts the chains into submaps. `refused` are never accepted.
-    pub(crate) fn new(evidence: Evidence<'_>, refused: &[ClosureKey]) -> Self {
-        Self {
-            graph: SubmapGraph::new(evidence),
+    /// Cuts the chains into submaps. `refused` are never accepted; what an earlier relaxation judged is
+    /// not looked for again between submaps that are known.
+    pub(crate) fn new(
+        evidence: Evidence<'_>,
+        refused: &[ClosureKey],
+        known_closures: &[Closure],
+    ) -> Self {
+        let graph = SubmapGraph::new(evidence);
+        let pairs = refused.iter().filter_map(|key| submaps_of(key, &graph.submaps, evidence));
+        let refused = pairs.map(|(from, to)| (from.min(to), from.max(to))).collect();
+        let mut search = Self {
+            graph,
             found: BTreeMap::new(),
-            refused: refused.iter().copied().collect(),
+            known: BTreeMap::new(),
+            refused,
             tried: BTreeMap::new(),
             charts: SubmapCharts::default(),
             guesses: VecDeque::new(),
@@ -58,6 +70,31 @@ impl ClosureSearch {
             next: 0,
             n_passes: 0,
             n_accepted_in_pass: 0,
+        };
+        for closure in known_closures {
+            search.take_known(closure, evidence);
+        }
+        search
+    }
+
+    /// Believes a closure as an earlier relaxation did, unless it was switched off since.
+    fn take_known(&mut self, closure: &Closure, evidence: Evidence<'_>) {
+        let Some((pair, mut found)) = known(closure, &self.graph.submaps, evidence) else { return };
+        if self.found.contains_key(&pair) {
+            return;
+        }
+        let off = Verdict::Refused(Refusal::SwitchedOff);
+        if self.refused.contains(&pair) {
+            found.verdict = off;
+        } else if found.verdict == off {
+            found.verdict = Verdict::Refused(Refusal::Unsupported);
+        }
+        let is_accepted = found.verdict == Verdict::Accepted;
+        self.found.insert(pair, found);
+        self.known.insert(pair, closure.clone());
+        if is_accepted {
+            self.accept(pair, evidence.params.closures.chi2_turn);
+            self.n_accepted += 1;
         }
     }
 
@@ -74,6 +111,9 @@ impl ClosureSearch {
             self.n_accepted = 0;
             self.graph.optimise(&evidence.params.graph);
         }
+        while self.next < self.graph.submaps.len() && self.is_known(self.next, evidence) {
+            self.next += 1;
+        }
         if self.next == self.graph.submaps.len() {
             self.n_passes += 1;
             let n_passes_max = evidence.params.closures.n_passes_max;
@@ -86,6 +126,11 @@ impl ClosureSearch {
         self.guesses = self.guesses_of(self.next, evidence).into();
         self.next += 1;
         true
+    }
+
+    /// True if an earlier relaxation has placed all of a submap.
+    fn is_known(&self, submap: usize, evidence: Evidence<'_>) -> bool {
+        self.graph.submaps[submap].keys.clone().all(|key| evidence.keys[key].is_known)
     }
 
     /// Share of the search that is done, as far as one knows.
@@ -106,25 +151,35 @@ impl ClosureSearch {
         let submaps = &self.graph.submaps;
         let anchor = |submap: usize| &evidence.keys[submaps[submap].anchor];
         let covariances = self.graph.covariances_from(to);
-        let guess = |from: usize| {
-            let to_from = self.graph.poses[to].step_to(self.graph.poses[from]);
-            let covariance = inverted(to_from, &covariances[from]?) + floor(params);
-            let guess = Guess { from, to, from_to: to_from.inverse(), covariance };
+        let guess = |other: usize| {
+            let to_other = self.graph.poses[to].step_to(self.graph.poses[other]);
+            let covariance = covariances[other]?;
+            let guess = if other < to {
+                let covariance = inverted(to_other, &covariance) + floor(params);
+                Guess { from: other, to, from_to: to_other.inverse(), covariance }
+            } else {
+                let covariance = covariance + floor(params);
+                Guess { from: to, to: other, from_to: to_other, covariance }
+            };
             let open_m = (params.n_std * guess.position_std_m()).min(params.half_max_m);
-            let near = to_from.distance_m() <= params.reach_m + open_m;
-            let way_m = anchor(to).way_since_m(anchor(from));
+            let near = to_other.distance_m() <= params.reach_m + open_m;
+            let way_m = anchor(guess.to).way_since_m(anchor(guess.from));
             (near && params.way_min_m <= way_m).then_some(guess)
         };
-        let all: Vec<Option<Guess>> = (0..to).map(guess).collect();
-        let distance_m = |of: usize, from: Option<usize>| {
-            let is_own = |other: &usize| submaps[*other].travel == submaps[of].travel;
-            let guess = from.filter(is_own).and_then(|from| *all.get(from)?);
+        // Later ones look back on this one themselves, unless they are known.
+        let is_asked = |other: usize| other < to || (to < other && self.is_known(other, evidence));
+        let all: Vec<Option<Guess>> =
+            (0..submaps.len()).map(|other| guess(other).filter(|_| is_asked(other))).collect();
+        let distance_m = |of: usize, other: Option<usize>| {
+            let is_own = |other: &usize| {
+                submaps.get(*other).is_some_and(|other| other.travel == submaps[of].travel)
+            };
+            let guess = other.filter(is_own).and_then(|other| all[other]);
             guess.map_or(f64::INFINITY, |guess| guess.from_to.distance_m())
         };
         let is_nearest = |guess: &Guess| {
-            let here_m = guess.from_to.distance_m();
-            here_m < distance_m(guess.from, guess.from.checked_sub(1))
-                && here_m <= distance_m(guess.from, Some(guess.from + 1))
+            let (here_m, of) = (guess.from_to.distance_m(), guess.from + guess.to - to);
+            here_m < distance_m(of, of.checked_sub(1)) && here_m <= distance_m(of, Some(of + 1))
         };
         let mut nearest: Vec<Guess> = all.iter().copied().flatten().filter(is_nearest).collect();
         nearest.sort_by(|a, b| a.from_to.distance_m().total_cmp(&b.from_to.distance_m()));
@@ -170,7 +225,7 @@ impl ClosureSearch {
         if found.verdict == Verdict::Accepted {
             let is_sure = guess.position_std_m() <= params.alone_std_m;
             let support = self.supporters(pair, &found, params.support_chi2_max);
-            if self.refused.contains(&self.key(pair, evidence)) {
+            if self.refused.contains(&pair) {
                 found.verdict = Verdict::Refused(Refusal::SwitchedOff);
             } else if is_sure || !support.is_empty() {
                 accepted = support;
@@ -179,6 +234,7 @@ impl ClosureSearch {
                 found.verdict = Verdict::Refused(Refusal::Unsupported);
             }
         }
+        self.known.remove(&pair);
         self.found.insert(pair, found);
         for pair in &accepted {
             self.accept(*pair, params.chi2_turn);
@@ -280,7 +336,10 @@ impl ClosureSearch {
                 if verdict == Verdict::Accepted && chi2_max < residual.1 {
                     verdict = Verdict::Refused(Refusal::Inconsistent);
                 }
-                told(self.key((from, to), evidence), found, residual, verdict)
+                match self.known.get(&(from, to)) {
+                    Some(closure) => closure.clone().judged(residual, verdict),
+                    None => told(self.key((from, to), evidence), found, residual, verdict),
+                }
             })
             .collect();
         closures.sort_by_key(|closure| closure.key);
@@ -304,19 +363,20 @@ fn residual(found: &Found, (from, to): SubmapPair, (a, b): (Pose, Pose)) -> (Vec
 fn told(
     key: ClosureKey,
     found: &Found,
-    (error, chi2): (Vector3<f64>, f64),
+    residual: (Vector3<f64>, f64),
     verdict: Verdict,
 ) -> Closure {
     let covariance = &found.covariance;
-    Closure {
+    let closure = Closure {
         key,
         from_to: found.from_to,
         covariance: std::array::from_fn(|row| std::array::from_fn(|at| covariance[(row, at)])),
         score: found.score,
         alternatives: found.alternatives.clone(),
-        residual_m: error.x.hypot(error.y),
-        residual_rad: error.z.abs(),
-        chi2,
+        residual_m: 0.0,
+        residual_rad: 0.0,
+        chi2: 0.0,
         verdict,
-    }
+    };
+    closure.judged(residual, verdict)
 }

@@ -1,6 +1,6 @@
 //! Sparse normal equations of a pose graph: pattern and symbolic factorisation once, numbers often.
 //!
-//! Blocks of three for each pose but the first, lower triangle, by columns. Cholesky of faer with its
+//! Blocks of three for each pose that is free, lower triangle, by columns. Cholesky of faer with its
 //! fill-reducing order (approximate minimum degree).
 
 use faer::linalg::solvers::Solve;
@@ -14,7 +14,7 @@ use crate::graph::pose_graph::Edge;
 /// Where an edge's blocks stand.
 #[derive(Clone, Copy, Debug)]
 struct Place {
-    /// Block of `from`; `None` for the pose that stays.
+    /// Block of `from`; `None` for a pose that is held.
     from: Option<usize>,
     /// Block of `to`.
     to: Option<usize>,
@@ -25,6 +25,8 @@ struct Place {
 /// The equations of a graph.
 #[derive(Debug)]
 pub(crate) struct NormalEquations {
+    /// Block of each pose; `None` for one that is held.
+    blocks: Vec<Option<usize>>,
     pattern: SymbolicSparseColMat<usize>,
     /// `None` if the pattern could not be analysed, which means that memory ran out.
     symbolic: Option<SymbolicLlt<usize>>,
@@ -34,12 +36,24 @@ pub(crate) struct NormalEquations {
 }
 
 impl NormalEquations {
-    /// For a graph of `n_poses` poses with these edges. Room for numbers, all 0.
+    /// For a graph of `n_poses` poses with these edges, of which the first stays. Room for numbers, all 0.
     pub(crate) fn new(n_poses: usize, edges: &[Edge]) -> Self {
-        let n_blocks = n_poses.saturating_sub(1);
+        let held: Vec<bool> = (0..n_poses).map(|pose| pose == 0).collect();
+        Self::holding(&held, edges)
+    }
+
+    /// For a graph of poses with these edges, of which some stay. Room for numbers, all 0.
+    pub(crate) fn holding(held: &[bool], edges: &[Edge]) -> Self {
+        let mut n_blocks = 0;
+        let mut block = |&is_held: &bool| {
+            let block = (!is_held).then_some(n_blocks);
+            n_blocks += usize::from(!is_held);
+            block
+        };
+        let blocks: Vec<Option<usize>> = held.iter().map(&mut block).collect();
         let mut below: Vec<Vec<usize>> = vec![Vec::new(); n_blocks];
         for edge in edges {
-            if let (Some(a), Some(b)) = (edge.from.checked_sub(1), edge.to.checked_sub(1)) {
+            if let (Some(a), Some(b)) = (blocks[edge.from], blocks[edge.to]) {
                 below[a.min(b)].push(a.max(b));
             }
         }
@@ -48,7 +62,7 @@ impl NormalEquations {
             rows.dedup();
         }
         let place = |edge: &Edge| {
-            let (from, to) = (edge.from.checked_sub(1), edge.to.checked_sub(1));
+            let (from, to) = (blocks[edge.from], blocks[edge.to]);
             let both = from.zip(to).map(|(a, b)| (a.min(b), a.max(b)));
             let below = both.and_then(|(column, row)| below[column].binary_search(&row).ok());
             Place { from, to, below: below.unwrap_or(0) }
@@ -57,7 +71,13 @@ impl NormalEquations {
         let pattern = pattern(&below);
         let symbolic = SymbolicLlt::try_new(pattern.as_ref(), Side::Lower).ok();
         let values = vec![0.0; pattern.compute_nnz()];
-        Self { pattern, symbolic, places, values, gradient: vec![0.0; 3 * n_blocks] }
+        let gradient = vec![0.0; 3 * n_blocks];
+        Self { blocks, pattern, symbolic, places, values, gradient }
+    }
+
+    /// Block of each pose; `None` for one that is held.
+    pub(crate) fn blocks(&self) -> &[Option<usize>] {
+        &self.blocks
     }
 
     /// Sets all numbers to 0.

@@ -7,7 +7,7 @@ use crate::graph::pose_graph::Edge;
 use crate::scans::calibration::Calibration;
 use crate::scans::key_scan::{KeyScan, step};
 use crate::scans::laser_travel::LaserTravel;
-use crate::scans::scan_pair::{PairForm, PairParams, fitted, moved};
+use crate::scans::scan_pair::{PairForm, PairParams, fitted, moved, pair_form};
 
 /// How odometry errs from one key scan to the next. Deviations, of a step of `d` metres and `a` radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -90,6 +90,7 @@ pub(crate) fn odometry_edge(step: Pose, to: usize, params: &OdometryParams) -> E
 /// The step to a key scan as the scans have it, from where odometry or live mapping leads: whichever more
 /// of the scan agrees with. In a corridor it agrees with both, and live mapping may lag: then odometry,
 /// unless it stalled or the match left it. To the first of a travel no step leads: of it nothing is said.
+/// Between two that are known the step is known too.
 pub(crate) fn scanned_step(
     travel: &LaserTravel,
     keys: &[KeyScan],
@@ -103,6 +104,10 @@ pub(crate) fn scanned_step(
     }
     let (a, b) = (&keys[to - 1].surface, &keys[to].surface);
     let stride = b.facets().len().div_ceil(N_FACETS_MAX).max(1);
+    if keys[to - 1].is_known && keys[to].is_known {
+        let form = pair_form(a, b.facets(), live, pair, stride);
+        return ScannedStep { by_scans: live, information: form.hessian, doubt: Matrix3::zeros() };
+    }
     let wide = PairParams { gate_m: WIDE_GATE_M, turn_m: WIDE_GATE_M / 2.0, ..*pair };
     let matched = |start: Pose| {
         let (pose, _) = fitted(a, b, start, &wide, (stride, N_STEPS));
@@ -163,6 +168,8 @@ impl Chain {
             let odometry = step.map(|step| calibrations[key.travel].applied(step));
             let edge = odometry.map(|step| odometry_edge(step, to, params));
             let (step, covariance) = joined(&steps[from], edge.as_ref());
+            let is_known = keys[from].is_known && key.is_known;
+            let step = if is_known { steps[from].by_scans } else { step };
             chain.poses.push(chain.poses[from] * step);
             chain.covariances.push(covariance);
         }

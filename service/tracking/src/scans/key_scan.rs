@@ -26,6 +26,8 @@ pub(crate) struct KeyScan {
     pub(crate) scan: usize,
     /// Way driven on its travel until here, in metres.
     pub(crate) driven_m: f64,
+    /// Whether its pose is known from an earlier relaxation.
+    pub(crate) is_known: bool,
     /// What it saw.
     pub(crate) surface: Surface,
 }
@@ -70,7 +72,8 @@ fn key_scans_of(travels: &Travels, of: usize, params: &KeyScanParams) -> Vec<Key
         if let Some(surface) = surface(travel, scan, params.range_max_m)
             && N_FACETS_MIN <= surface.facets().len()
         {
-            keys.push(KeyScan { travel: of, scan: index, driven_m, surface });
+            let is_known = travels.is_known(index);
+            keys.push(KeyScan { travel: of, scan: index, driven_m, is_known, surface });
         }
     }
     keys

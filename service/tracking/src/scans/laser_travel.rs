@@ -49,6 +49,9 @@ pub struct PlacedTravel {
     /// Covariance of the pose at its first scan in the map's frame: x and y in metres, theta in radians,
     /// row by row. Numbers that are not finite count as [`PlacedTravel::KNOWN_START`].
     pub start_covariance: [[f64; 3]; 3],
+    /// So many of its first scans have the poses that an earlier relaxation found. Asked by
+    /// [`LaserRelaxation::going_on`](crate::LaserRelaxation::going_on) only.
+    pub n_relaxed: usize,
 }
 
 impl PlacedTravel {
@@ -59,6 +62,6 @@ impl PlacedTravel {
     /// A travel whose start was told.
     #[must_use]
     pub fn of_known_start(travel: LaserTravel) -> Self {
-        Self { travel, start_covariance: Self::KNOWN_START }
+        Self { travel, start_covariance: Self::KNOWN_START, n_relaxed: 0 }
     }
 }

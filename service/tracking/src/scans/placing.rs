@@ -46,10 +46,7 @@ pub(crate) fn placed(
 ) -> Pose {
     let Keys { keys, poses, across } = around;
     let (travel, of) = (&travels.all, travels.travel_of(scan));
-    let is_own = |key: &usize| keys.get(*key).is_some_and(|key| key.travel == of);
-    let after = keys.partition_point(|key| key.scan <= scan);
-    let (before, after) = (after.checked_sub(1).filter(is_own), Some(after).filter(is_own));
-    let (Some(before), Some(after)) = (before.or(after), after.or(before)) else {
+    let Some((before, after)) = about(keys, scan, of) else {
         return travel.scans[scan].map_from_robot;
     };
     if keys[before].scan == scan {
@@ -67,7 +64,7 @@ pub(crate) fn placed(
     let ranges_m = &travel.scans[scan].ranges_m;
     let facets = some_facets(laser, ranges_m, (range_max_m, N_FACETS_MAX));
     let mut near = vec![before, after, before.saturating_sub(1), after + 1];
-    near.retain(is_own);
+    near.retain(|&key| keys.get(key).is_some_and(|key| key.travel == of));
     let nearest = if share < 0.5 { before } else { after };
     near.extend(across[nearest].iter().take(N_ACROSS_MAX));
     near.sort_unstable();
@@ -76,6 +73,27 @@ pub(crate) fn placed(
     let near: Vec<(&Surface, Pose)> =
         near.into_iter().map(|key| (&keys[key].surface, poses[key])).collect();
     refined(&facets, start, &Matrix3::from_diagonal(&information), &near, params)
+}
+
+/// The key scans before and after a scan of a travel, as far as it has them; `None` if it has none.
+fn about(keys: &[KeyScan], scan: usize, travel: usize) -> Option<(usize, usize)> {
+    let is_own = |key: &usize| keys.get(*key).is_some_and(|key| key.travel == travel);
+    let after = keys.partition_point(|key| key.scan <= scan);
+    let (before, after) = (after.checked_sub(1).filter(is_own), Some(after).filter(is_own));
+    before.or(after).zip(after.or(before))
+}
+
+/// The pose at a scan that is known from an earlier relaxation, carried along by the key scans about it.
+pub(crate) fn carried(travels: &Travels, scan: usize, Keys { keys, poses, .. }: Keys<'_>) -> Pose {
+    let (travel, of) = (&travels.all, travels.travel_of(scan));
+    let here = &travel.scans[scan];
+    let Some((before, after)) = about(keys, scan, of) else { return here.map_from_robot };
+    let by = |key: usize| poses[key] * step(&travel.scans[keys[key].scan], here);
+    if before == after {
+        return by(before);
+    }
+    let (first, last) = (keys[before].scan as f64, keys[after].scan as f64);
+    by(before).interpolate(by(after), (scan as f64 - first) / (last - first))
 }
 
 /// True if live mapping and odometry, if there is any, have the robot stand between two scans.

@@ -45,8 +45,16 @@ const N_AT_ONCE: usize = 32;
 const MOVED_MIN: f64 = 1e-3;
 
 impl Sweeps {
-    /// Sweeps over some pairs, with edges that stay as they are.
-    pub(crate) fn new(n_keys: usize, pairs: Vec<Pair>, others: impl Iterator<Item = Edge>) -> Self {
+    /// Sweeps over some pairs, with edges that stay as they are. The first key scan stays where it is, and
+    /// so do those that are known.
+    pub(crate) fn new(
+        keys: &[KeyScan],
+        mut pairs: Vec<Pair>,
+        others: impl Iterator<Item = Edge>,
+    ) -> Self {
+        let held: Vec<bool> =
+            keys.iter().enumerate().map(|(index, key)| index == 0 || key.is_known).collect();
+        pairs.retain(|&(a, b)| !(keys[a].is_known && keys[b].is_known));
         let unknown = |(from, to): Pair| Edge {
             from,
             to,
@@ -57,7 +65,7 @@ impl Sweeps {
         let mut edges: Vec<Edge> =
             pairs.iter().flat_map(|&(a, b)| [unknown((a, b)), unknown((b, a))]).collect();
         edges.extend(others);
-        let equations = NormalEquations::new(n_keys, &edges);
+        let equations = NormalEquations::holding(&held, &edges);
         Self { matched_at: vec![None; pairs.len()], pairs, edges, equations, next: 0 }
     }
 

@@ -3,6 +3,7 @@
 use meetpoint_geometry::Pose;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::closures::closure::ClosureMoment;
 use crate::graph::pose_graph::Edge;
 use crate::scans::key_scan::KeyScan;
 use crate::scans::laser_travel::{DrivenScan, LaserTravel, PlacedTravel};
@@ -16,6 +17,8 @@ pub(crate) struct Travels {
     bounds: Vec<usize>,
     /// Covariance of the pose at the first scan of each, in the map's frame.
     starts: Vec<Matrix3<f64>>,
+    /// The first scan of each that is not known from an earlier relaxation.
+    news: Vec<usize>,
 }
 
 /// No start is surer: a centimetre and a tenth of a degree. It also keeps the numbers well-behaved.
@@ -25,22 +28,24 @@ const START_STD_MIN: Vector3<f64> = Vector3::new(0.01, 0.01, 0.0017);
 const START_CHI2_TURN: f64 = 9.0;
 
 impl Travels {
-    /// One after the other, in their order.
-    pub(crate) fn new(travels: Vec<PlacedTravel>) -> Self {
+    /// One after the other, in their order; all new unless an earlier relaxation is gone on from.
+    pub(crate) fn new(travels: Vec<PlacedTravel>, goes_on: bool) -> Self {
         let mut all = LaserTravel::default();
-        let (mut bounds, mut starts) = (vec![0], Vec::new());
-        for PlacedTravel { travel, start_covariance } in travels {
+        let (mut bounds, mut starts, mut news) = (vec![0], Vec::new(), Vec::new());
+        for PlacedTravel { travel, start_covariance, n_relaxed } in travels {
             let LaserTravel { lasers, scans } = with_finite_poses(travel);
             let (n_before, n_own) = (all.lasers.len(), lasers.len());
             all.lasers.extend(lasers);
             // A laser that is not listed must not become another robot's.
             let laser = |of: usize| if of < n_own { n_before + of } else { usize::MAX };
+            let n_known = if goes_on { n_relaxed.min(scans.len()) } else { 0 };
+            news.push(all.scans.len() + n_known);
             let scans = scans.into_iter();
             all.scans.extend(scans.map(|scan| DrivenScan { laser: laser(scan.laser), ..scan }));
             bounds.push(all.scans.len());
             starts.push(start(&start_covariance));
         }
-        Self { all, bounds, starts }
+        Self { all, bounds, starts, news }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -60,6 +65,22 @@ impl Travels {
     /// True for the first scan of a travel.
     pub(crate) fn begins_at(&self, scan: usize) -> bool {
         self.bounds.binary_search(&scan).is_ok()
+    }
+
+    /// True for a scan whose pose is known from an earlier relaxation.
+    pub(crate) fn is_known(&self, scan: usize) -> bool {
+        scan < self.news[self.travel_of(scan)]
+    }
+
+    /// The scan of a moment.
+    pub(crate) fn scan_at(&self, moment: ClosureMoment) -> Option<usize> {
+        let ClosureMoment { travel, stamp_ns } = moment;
+        let mut scans = self
+            .bounds
+            .get(travel)
+            .zip(self.bounds.get(travel + 1))
+            .map_or(0..0, |(&first, &end)| first..end);
+        scans.find(|&scan| self.all.scans[scan].stamp_ns == stamp_ns)
     }
 
     /// What ties the first key scan of each travel but the first to where it was placed: edges from the
