@@ -110,7 +110,7 @@ impl LaserRelaxation {
         params: LaserRelaxationParams,
         refused: &[ClosureKey],
     ) -> Result<Self, InvalidResolution> {
-        Self::begun(Travels::new(travels, false), params, refused, None)
+        Self::begun(Travels::new(travels, false), &params, refused, None)
     }
 
     /// Begins one that goes on from an earlier one of the same travels, which have grown since: cheaply,
@@ -127,12 +127,12 @@ impl LaserRelaxation {
         refused: &[ClosureKey],
         known: Vec<Closure>,
     ) -> Result<Self, InvalidResolution> {
-        Self::begun(Travels::new(travels, true), params.in_passing(), refused, Some(known))
+        Self::begun(Travels::new(travels, true), &params.in_passing(), refused, Some(known))
     }
 
     fn begun(
         travels: Travels,
-        params: LaserRelaxationParams,
+        params: &LaserRelaxationParams,
         refused: &[ClosureKey],
         known: Option<Vec<Closure>>,
     ) -> Result<Self, InvalidResolution> {
@@ -144,7 +144,7 @@ impl LaserRelaxation {
         Ok(Self {
             calibrations: vec![Calibration::NONE; travels.len()],
             travels,
-            params,
+            params: *params,
             frame,
             refused: refused.to_vec(),
             known,

@@ -257,6 +257,58 @@ fn who_meets_nobody_stays_where_he_was() {
     assert_eq!(between.count(), 0, "nothing was seen twice");
 }
 
+/// The first scans of a travel as relaxed, the others carried on from there as live mapping would.
+fn grown(travel: &LaserTravel, relaxed: &[Pose]) -> PlacedTravel {
+    let mut travel = travel.clone();
+    let last = relaxed.len() - 1;
+    let moved = relaxed[last] * travel.scans[last].map_from_robot.inverse();
+    for (index, scan) in travel.scans.iter_mut().enumerate() {
+        scan.map_from_robot = relaxed.get(index).copied().unwrap_or(moved * scan.map_from_robot);
+    }
+    PlacedTravel { n_relaxed: relaxed.len(), ..PlacedTravel::of_known_start(travel) }
+}
+
+fn gone_on(placed: PlacedTravel, n_threads: usize, outcome: &LaserOutcome) -> LaserOutcome {
+    let n_threads = NonZero::new(n_threads).expect("not zero");
+    let (params, known) = (LaserRelaxationParams { n_threads, ..PARAMS }, outcome.closures.clone());
+    let mut relaxation =
+        LaserRelaxation::going_on(vec![placed], params, &[], known).expect("a resolution");
+    while relaxation.advance().is_some() {}
+    relaxation.into_outcome()
+}
+
+#[test]
+fn a_loop_is_closed_while_the_robot_drives() {
+    let world = corridor_loop();
+    let driven = driven(&world.building, &world.tours[0], 3);
+    let n_scans = driven.travel.scans.len();
+    let mut outcome = relaxed(
+        &LaserTravel {
+            scans: driven.travel.scans[..n_scans / 2].to_vec(),
+            ..driven.travel.clone()
+        },
+        &[],
+    );
+    for n in [n_scans * 7 / 10, n_scans * 9 / 10, n_scans] {
+        let scans = driven.travel.scans[..n].to_vec();
+        let travel = LaserTravel { scans, ..driven.travel.clone() };
+        let placed = grown(&travel, poses(&outcome));
+        let next = gone_on(placed.clone(), 1, &outcome);
+        assert_eq!(next, gone_on(placed, 3, &outcome), "the same bits on any number of threads");
+        assert_eq!(poses(&next).len(), n, "a pose for each scan");
+        let is_kept = |one: &Closure| next.closures.iter().any(|other| other.key == one.key);
+        assert!(outcome.closures.iter().all(is_kept), "what was judged stays in the ledger");
+        outcome = next;
+    }
+    assert!(1 <= accepted(&outcome).count(), "{:?}", outcome.closures);
+    let error_m = error_max_m(poses(&outcome), &driven.truths);
+    assert!(error_m < 0.15, "{error_m} m off");
+    let again = gone_on(grown(&driven.travel, poses(&outcome)), 1, &outcome);
+    for (pose, before) in poses(&again).iter().zip(poses(&outcome)) {
+        assert!(before.step_to(*pose).distance_m() < 0.02, "nothing is new: {before:?} {pose:?}");
+    }
+}
+
 /// No pose.
 const ENDLESS: Pose = Pose { x_m: f64::INFINITY, y_m: 0.0, theta_rad: 0.0 };
 

@@ -1,6 +1,7 @@
 //! Relaxes CARMEN logs offline: `relax LOG RELATIONS [VARIANT...]` maps the FLASER lines of a log live,
 //! relaxes them, and prints errors before and after, time and sharpness; a variant is one of those that
-//! [`variant`] names, or `cut0.5`: the log as two robots' that are relaxed together. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
+//! [`variant`] names, or `cut0.5`: the log as two robots' that are relaxed together,
+//! or `grown`: the log relaxed again and again while it grows by tenths. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
 
 mod log;
 mod relations;
@@ -34,6 +35,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let relations = Relations::read(relations)?;
     let names = if names.is_empty() { vec!["whole".to_owned()] } else { names.to_vec() };
     for name in names {
+        if name == "grown" {
+            grow(&log, &relations)?;
+            continue;
+        }
         let cut = variant::cut(&log, &name);
         let began = Instant::now();
         let travels = match cut {
@@ -71,6 +76,39 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     Ok(())
 }
+
+/// Relaxes a log while it grows, each time going on from what was found before.
+fn grow(log: &[LoggedScan], relations: &Relations) -> Result<(), Box<dyn Error>> {
+    let whole = tracked(log, Pose::IDENTITY)?;
+    let (mut known, mut poses) = (Vec::new(), Vec::<Pose>::new());
+    for tenth in 1..=N_GROWN {
+        let mut travel = whole.clone();
+        travel.scans.truncate(log.len() * tenth / N_GROWN);
+        let n_relaxed = poses.len();
+        // Live mapping goes on from where the last relaxation left the robot.
+        let moved = poses.last().map_or(Pose::IDENTITY, |last| {
+            *last * travel.scans[n_relaxed - 1].map_from_robot.inverse()
+        });
+        for (index, scan) in travel.scans.iter_mut().enumerate() {
+            let carried = moved * scan.map_from_robot;
+            scan.map_from_robot = poses.get(index).copied().unwrap_or(carried);
+        }
+        let stamps: Vec<i64> = travel.scans.iter().map(|scan| scan.stamp_ns).collect();
+        let placed = PlacedTravel { n_relaxed, ..PlacedTravel::of_known_start(travel) };
+        let began = Instant::now();
+        let goes_on = LaserRelaxation::going_on(vec![placed], params(), &[], known);
+        let (outcome, slowest_s) = finished(goes_on.map_err(|_| "no such resolution")?);
+        let took_s = began.elapsed().as_secs_f64();
+        (known, poses) = (outcome.closures, outcome.travels[0].poses.clone());
+        let after: BTreeMap<i64, Pose> = stamps.into_iter().zip(poses.iter().copied()).collect();
+        println!("{tenth}: relaxed in {took_s:.2} s (slice {slowest_s:.3} s)");
+        println!("  {}", relations.errors(&after));
+    }
+    Ok(())
+}
+
+/// Times that a growing log is relaxed.
+const N_GROWN: usize = 10;
 
 /// The parts of a log before and after a scan, each mapped by itself, the second not quite where it was.
 fn tracked_apart(log: &[LoggedScan], cut: usize) -> Result<Vec<PlacedTravel>, Box<dyn Error>> {
@@ -144,14 +182,21 @@ fn tracked(scans: &[LoggedScan], start: Pose) -> Result<LaserTravel, Box<dyn Err
     Ok(travel)
 }
 
-fn relaxed(travels: Vec<PlacedTravel>) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
+fn params() -> LaserRelaxationParams {
     let n_threads = std::env::var("THREADS").ok().and_then(|n| n.parse().ok());
-    let params = LaserRelaxationParams {
+    LaserRelaxationParams {
         n_threads: n_threads.unwrap_or(NonZero::<usize>::MIN),
         ..LaserRelaxationParams::INDOOR
-    };
-    let mut relaxation =
-        LaserRelaxation::new(travels, params, &[]).map_err(|_| "no such resolution")?;
+    }
+}
+
+fn relaxed(travels: Vec<PlacedTravel>) -> Result<(LaserOutcome, f64), Box<dyn Error>> {
+    let relaxation = LaserRelaxation::new(travels, params(), &[]);
+    Ok(finished(relaxation.map_err(|_| "no such resolution")?))
+}
+
+/// What a relaxation finds, and the time of its longest slice, in seconds.
+fn finished(mut relaxation: LaserRelaxation) -> (LaserOutcome, f64) {
     let mut slowest_s = 0.0_f64;
     let (mut stage, mut stages) = (LaserStage::Before, Vec::<(LaserStage, f64)>::new());
     loop {
@@ -165,7 +210,7 @@ fn relaxed(travels: Vec<PlacedTravel>) -> Result<(LaserOutcome, f64), Box<dyn Er
         }
         let Some(progress) = progress else {
             println!("  {}", told(&stages));
-            return Ok((relaxation.into_outcome(), slowest_s));
+            return (relaxation.into_outcome(), slowest_s);
         };
         stage = progress.stage;
     }
