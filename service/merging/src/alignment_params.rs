@@ -21,7 +21,8 @@ pub struct AlignmentParams {
     pub n_points_max: usize,
     /// ...and not fewer.
     pub n_points_min: usize,
-    /// Step of the headings, in radians: what moves a wall at 6 m by a cell and a half.
+    /// Step of the headings, in radians: half of it moves a wall at 6 m by as much as half a cell of
+    /// the search.
     pub step_rad: f64,
     /// Headings that are searched about one that the directions of walls say, to each side, in radians.
     pub half_rad: f64,
@@ -47,14 +48,14 @@ impl AlignmentParams {
         patch_radius_m: 6.0,
         patch_spacing_m: 4.0,
         n_patches_max: 24,
-        point_edge_m: 0.2,
-        n_points_max: 200,
+        point_edge_m: 0.3,
+        n_points_max: 120,
         n_points_min: 40,
-        step_rad: 1.5 * PI / 180.0,
-        half_rad: 6.0 * PI / 180.0,
-        field: FieldParams { hit_std_m: 0.15, occupied_log_odds_min: 0.0 },
+        step_rad: 2.5 * PI / 180.0,
+        half_rad: 5.0 * PI / 180.0,
+        field: FieldParams { hit_std_m: 0.2, occupied_log_odds_min: 0.0 },
         peaks: PeakParams {
-            score_min: 0.35,
+            score_min: 0.4,
             rival_share: 0.75,
             apart_m: 0.5,
             apart_rad: 10.0 * PI / 180.0,

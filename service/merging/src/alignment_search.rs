@@ -202,10 +202,10 @@ impl AlignmentSearch {
     /// A pose refined and judged.
     fn place(&self, pose: Pose, n_walls_max: usize) -> Place {
         let parts = (&*self.site, &*self.newcomer);
-        let before = Evidence::new(parts.0, parts.1, pose);
+        let before = Evidence::new(parts, pose, n_walls_max);
         let about = middle(parts.1, &before.newcomer);
         let refined = refined(parts, pose, about, n_walls_max);
-        let evidence = Evidence::new(parts.0, parts.1, refined.site_from_newcomer);
+        let evidence = Evidence::new(parts, refined.site_from_newcomer, n_walls_max);
         let log_odds = evidence.log_odds();
         Place { refined, middle: middle(parts.1, &evidence.newcomer), log_odds, evidence }
     }
@@ -250,8 +250,8 @@ impl AlignmentSearch {
             slide: least_margin(
                 (&self.site, &self.newcomer),
                 &best.refined,
-                best.middle,
-                &best.evidence,
+                (best.middle, &best.evidence),
+                N_WALLS_FULL,
             ),
             std_m: best.refined.weakest().0,
         };

@@ -17,20 +17,18 @@ use crate::ground::Known;
 use crate::part::Part;
 use crate::walls::Wall;
 
-/// A wall that agrees: seen again with 0.85, there by chance with 0.3.
+/// A wall that agrees.
 const AGREES: f64 = 1.0;
 /// A wall near one of the other map, but not at it.
-const DIFFERS: f64 = 0.5;
-/// A wall in free space: 0.08 by change and error, 0.6 by chance.
-const CONTRADICTS: f64 = 2.0;
+const DIFFERS: f64 = 1.2;
+/// A wall in free space.
+const CONTRADICTS: f64 = 3.0;
 /// Standard deviation of a wall's place in the other map, in metres: both maps bend by some of it.
 const WALL_STD_M: f64 = 0.12;
 /// A wall within this distance of one of the other map does not contradict it, in metres.
 const NEAR_M: f64 = 0.35;
 /// Metres of wall that are one witness.
 const WITNESS_M: f64 = 1.0;
-/// Walls that are asked, at most.
-const N_ASKED_MAX: usize = 4000;
 /// Share of a witness's agreement that walls across one another have.
 const COSINE_MIN: f64 = 0.6;
 
@@ -56,11 +54,15 @@ pub(crate) struct Evidence {
 }
 
 impl Evidence {
-    /// Of a place of the newcomer.
-    pub(crate) fn new(site: &Part, newcomer: &Part, site_from_newcomer: Pose) -> Self {
+    /// Of a place of the newcomer, by `n_max` walls of each map at most.
+    pub(crate) fn new(
+        (site, newcomer): (&Part, &Part),
+        site_from_newcomer: Pose,
+        n_max: usize,
+    ) -> Self {
         Self {
-            newcomer: Testimony::new(newcomer, site, site_from_newcomer),
-            site: Testimony::new(site, newcomer, site_from_newcomer.inverse()),
+            newcomer: Testimony::new(newcomer, site, site_from_newcomer, n_max),
+            site: Testimony::new(site, newcomer, site_from_newcomer.inverse(), n_max),
         }
     }
 
@@ -81,9 +83,9 @@ impl Evidence {
 }
 
 impl Testimony {
-    /// What walls say of `other_from_own`.
-    pub(crate) fn new(own: &Part, other: &Part, other_from_own: Pose) -> Self {
-        let stride = own.walls.len().div_ceil(N_ASKED_MAX).max(1);
+    /// What walls say of `other_from_own`, `n_max` of them at most.
+    pub(crate) fn new(own: &Part, other: &Part, other_from_own: Pose, n_max: usize) -> Self {
+        let stride = own.walls.len().div_ceil(n_max.max(1)).max(1);
         let weight = stride as f64 * own.ground.edge_m() / WITNESS_M;
         let mut testimony =
             Self { log_odds: Vec::new(), n_known: 0, agreeing: 0.0, n_contradicting: 0 };
@@ -162,7 +164,7 @@ fn likeness(wall: &Wall, near: &Wall) -> f64 {
 
 /// The middle of the newcomer's walls that say something, in the newcomer's frame.
 pub(crate) fn middle(newcomer: &Part, testimony: &Testimony) -> Point2<f64> {
-    let stride = newcomer.walls.len().div_ceil(N_ASKED_MAX).max(1);
+    let stride = newcomer.walls.len().div_ceil(testimony.log_odds.len().max(1)).max(1);
     let said = newcomer.walls.iter().step_by(stride).zip(&testimony.log_odds);
     let known = said.filter(|(_, said)| !said.is_nan()).map(|(wall, _)| wall.at.coords);
     let (sum, n) = known.fold((Vector2::zeros(), 0.0), |(sum, n), at| (sum + at, n + 1.0));

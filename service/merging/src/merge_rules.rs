@@ -14,6 +14,10 @@ pub struct MergeRules {
     /// Logarithm of the odds against any other place, and against having slid, that merging needs; with
     /// less the place is ambiguous.
     pub margin_min: f64,
+    /// The margin over any other place must also be this share of the log odds: in a row of offices alike,
+    /// the evidence that all places share grows with the row, and what the ends of the row say against
+    /// some of them grows with it, and is worth nothing.
+    pub margin_share_min: f64,
     /// Area that both maps must have seen, in square metres.
     pub overlap_min_m2: f64,
     /// Share of the walls in the overlap that must agree.
@@ -34,6 +38,7 @@ impl MergeRules {
         log_odds_min: 25.0,
         log_odds_proposed_min: 10.0,
         margin_min: 6.0,
+        margin_share_min: 0.1,
         overlap_min_m2: 15.0,
         agreement_min: 0.6,
         contradiction_max: 0.15,

@@ -1,6 +1,6 @@
 //! A map made ready for branch and bound.
 
-use meetpoint_geometry::{Cell, GridInfo, Pose};
+use meetpoint_geometry::{Cell, GridFrame, GridInfo, Pose, Vector2};
 use meetpoint_occupancy::{Grid, Raster};
 use meetpoint_tracking::{
     Candidate, Field, FieldParams, PeakParams, Pyramid, Window, peaks_in_window,
@@ -23,28 +23,32 @@ pub(crate) struct SearchField {
 
 /// Log-odds that stand for a wall.
 const WALL: f32 = 1.0;
+/// Edge of the cells that are searched, in cells of the ground: as fine as steps of the headings are.
+const CELLS: f64 = 2.0;
 
 impl SearchField {
     /// Of a map's walls. Places reach half a piece of `reach_m` beyond the map.
     pub(crate) fn new(ground: &Ground, walls: &[Wall], reach_m: f64, params: &FieldParams) -> Self {
-        let (info, frame) = (ground.info, ground.info.frame);
-        let half = |n: u32| i32::try_from(n / 2).unwrap_or(0);
-        let middle = (half(info.width), half(info.height));
-        let shifted = GridInfo { first: Cell { x: -middle.0, y: -middle.1 }, ..info };
+        let info = ground.info;
+        let side_m = |n: u32| f64::from(n) * ground.edge_m();
+        let half_m = Vector2::new(0.5 * side_m(info.width), 0.5 * side_m(info.height));
+        let middle = info.origin() + half_m;
+        let frame = GridFrame::new(CELLS * ground.edge_m()).unwrap_or(info.frame);
+        let half = frame.cell_at(Point2::from(half_m));
+        let first = Cell { x: -half.x - 1, y: -half.y - 1 };
+        let (width, height) = (2 * half.x.unsigned_abs() + 2, 2 * half.y.unsigned_abs() + 2);
+        let info = GridInfo { frame, first, width, height };
         let mut log_odds = vec![f32::NAN; info.n_cells()];
-        for index in walls.iter().filter_map(|wall| info.index_of(frame.cell_at(wall.at))) {
+        let cells = walls.iter().map(|wall| frame.cell_at(wall.at - middle.coords));
+        for index in cells.filter_map(|cell| info.index_of(cell)) {
             log_odds[index] = WALL;
         }
-        let grid = Grid::from_raster(&Raster { info: shifted, log_odds });
-        let field = Field::new(&grid, params);
-        let half = half(info.width.max(info.height)) + 1;
+        let field = Field::new(&Grid::from_raster(&Raster { info, log_odds }), params);
         #[expect(clippy::cast_possible_truncation, reason = "some hundred cells")]
-        let margin = (reach_m / ground.edge_m()).ceil() as i32;
-        let pyramid = Pyramid::new(&field, half + margin);
-        let corner =
-            frame.corner_of(Cell { x: info.first.x + middle.0, y: info.first.y + middle.1 });
-        let map_from_middle = Pose::new(corner.x, corner.y, 0.0);
-        Self { field, pyramid, map_from_middle, half_m: f64::from(half) * ground.edge_m() }
+        let margin = (reach_m / frame.resolution_m()).ceil() as i32;
+        let pyramid = Pyramid::new(&field, half.x.max(half.y) + 1 + margin);
+        let map_from_middle = Pose::new(middle.x, middle.y, 0.0);
+        Self { field, pyramid, map_from_middle, half_m: half_m.max() }
     }
 
     /// The poses about a heading where some points fit, seen from the map.

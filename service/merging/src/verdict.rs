@@ -51,10 +51,12 @@ fn contradicted(best: &Alignment, contradiction_max: f64) -> Option<Reason> {
 
 /// Why it may lie elsewhere.
 fn doubts(standing: &Standing<'_>, rules: &MergeRules) -> Vec<Reason> {
-    let margin_min = rules.margin_min;
+    let best = standing.best;
+    let margin_min = rules.margin_min.max(rules.margin_share_min * best.log_odds);
     let (apart_m, apart_rad) = standing.rival_apart;
-    let rival = standing.best.margin.filter(|margin| *margin < margin_min);
+    let rival = best.margin.filter(|margin| *margin < margin_min);
     let rival = rival.map(|margin| Reason::Rival { margin, margin_min, apart_m, apart_rad });
+    let margin_min = rules.margin_min;
     let (margin, slide_m) = standing.slide;
     let slides = (margin < margin_min).then_some(Reason::Slides { margin, margin_min, slide_m });
     rival.into_iter().chain(slides).collect()

@@ -8,7 +8,7 @@ mod drive;
 mod log;
 mod relations;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path;
@@ -17,12 +17,18 @@ use std::time::Instant;
 
 use meetpoint_geometry::Pose;
 use meetpoint_merging::{AlignmentParams, AlignmentSearch, Alignments, MergeRules, Part, preview};
+use meetpoint_occupancy::Reading;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
 use drive::{Mapped, mapped};
 use log::LoggedScan;
 use relations::Relations;
+
+/// An alignment is right if the newcomer lies this near to where it does in a map of the whole log.
+const RIGHT_M: f64 = 1.0;
+/// Stretches that are looked at for one of the share wanted.
+const N_STRETCHES_TRIED: usize = 300;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -50,8 +56,58 @@ fn main() -> Result<(), Box<dyn Error>> {
             *counts.entry(told).or_default() += 1;
         }
     }
+    for share in shares {
+        for trial in 0..n_cuts {
+            let Some((first, second)) = stretches(&whole, &scans, share, &mut rng) else {
+                continue;
+            };
+            let label = format!("share {share} {trial}");
+            let told = aligned(&label, &whole, (first, second), &relations, &mut rng)?;
+            *counts.entry(format!("{share} {told}")).or_default() += 1;
+        }
+    }
     println!("{counts:?}");
     Ok(())
+}
+
+/// The beginning of a log and a later stretch of it, of which about that share of where the robot looked
+/// was looked at in the beginning too.
+fn stretches<'a>(
+    whole: &Mapped,
+    scans: &'a [LoggedScan],
+    share: f64,
+    rng: &mut ChaCha8Rng,
+) -> Option<(&'a [LoggedScan], &'a [LoggedScan])> {
+    let laser = log::laser(scans).geometry;
+    let seen = |scans: &[LoggedScan]| {
+        let mut squares = BTreeSet::new();
+        for scan in scans.iter().step_by(5) {
+            let pose = whole.poses[&scan.stamp_ns];
+            for (bearing_rad, reading) in laser.readings(&scan.ranges_m).step_by(4) {
+                let Reading::Hit(range_m) = reading else { continue };
+                let (sin, cos) = (pose.theta_rad + bearing_rad).sin_cos();
+                for step in 1..=6 {
+                    let range_m = range_m.min(8.0) * f64::from(step) / 6.0;
+                    let (x, y) = (pose.x_m + range_m * cos, pose.y_m + range_m * sin);
+                    #[expect(clippy::cast_possible_truncation, reason = "some metres")]
+                    squares.insert(((2.0 * x).floor() as i32, (2.0 * y).floor() as i32));
+                }
+            }
+        }
+        squares
+    };
+    for _ in 0..N_STRETCHES_TRIED {
+        let end = rng.random_range(scans.len() / 20..scans.len() / 2);
+        let from = rng.random_range(end..scans.len() - scans.len() / 20);
+        let to = (from + rng.random_range(scans.len() / 30..scans.len() / 5)).min(scans.len());
+        let (first, second) = (&scans[..end], &scans[from..to]);
+        let (there, here) = (seen(first), seen(second));
+        let both = here.intersection(&there).count() as f64 / here.len().max(1) as f64;
+        if (both - share).abs() < 0.03 {
+            return Some((first, second));
+        }
+    }
+    None
 }
 
 fn aligned(
@@ -81,6 +137,11 @@ fn aligned(
             across.n,
             apart_rad.to_degrees(),
         );
+        if let Some(pose) = relations.best(&site.poses, &newcomer.poses) {
+            let placed = newcomer.poses.iter().map(|(&at, &own)| (at, pose * own));
+            let across = relations.across(&site.poses, &placed.collect());
+            println!("    no rigid transform has less than about {:.3} m", across.mean_m);
+        }
         println!(
             "    odds {:.1} margin {:.1} overlap {:.0} m2 {:.2} agreement {:.2} contradiction {:.3}",
             best.log_odds,
@@ -99,7 +160,12 @@ fn aligned(
         println!("    {reason}");
     }
     println!("    {:?}", alignments.figures);
-    Ok(format!("{:?}", alignments.verdict))
+    let is_right = alignments
+        .ranked
+        .first()
+        .is_some_and(|best| off(whole, &site, &newcomer, best.site_from_newcomer).0 < RIGHT_M);
+    let is_right = if is_right { "right" } else { "wrong" };
+    Ok(format!("{:?} {is_right}", alignments.verdict))
 }
 
 fn searched(site: &Mapped, newcomer: &Mapped) -> (Alignments, f64, f64) {

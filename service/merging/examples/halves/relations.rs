@@ -18,6 +18,8 @@ pub(crate) struct Across {
     pub(crate) mean_deg: f64,
 }
 
+/// Transforms that are tried.
+const N_TRIED_MAX: usize = 100;
 /// Stamps may differ by as much, in nanoseconds.
 const TOLERANCE_NS: i64 = 100_000;
 
@@ -35,17 +37,45 @@ impl Relations {
         lines.filter(|words| !words.is_empty()).map(relation).collect::<Result<_, _>>().map(Self)
     }
 
-    /// Of those whose one end is in the one and whose other in the other: poses by stamp, in one frame.
-    pub(crate) fn across(&self, a: &BTreeMap<i64, Pose>, b: &BTreeMap<i64, Pose>) -> Across {
+    /// The transform of `b` into the frame of `a` that relations across agree with best: of what some of
+    /// them say, that with the least mean error.
+    pub(crate) fn best(&self, a: &BTreeMap<i64, Pose>, b: &BTreeMap<i64, Pose>) -> Option<Pose> {
+        let said = self.pairs(a, b).map(|(relation, a, b, is_back)| {
+            let a_from_b = if is_back { relation.inverse() } else { relation };
+            a * a_from_b * b.inverse()
+        });
+        let said: Vec<Pose> = said.collect();
+        let stride = said.len().div_ceil(N_TRIED_MAX).max(1);
+        let error_m = |pose: &Pose| {
+            let placed = b.iter().map(|(&at, &b)| (at, *pose * b)).collect();
+            self.across(a, &placed).mean_m
+        };
+        let tried = said.into_iter().step_by(stride).map(|pose| (error_m(&pose), pose));
+        tried.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, pose)| pose)
+    }
+
+    /// Relations across, with the poses of both ends: that in `a` first; whether the relation is of that
+    /// seen from the one in `b`.
+    fn pairs(
+        &self,
+        a: &BTreeMap<i64, Pose>,
+        b: &BTreeMap<i64, Pose>,
+    ) -> impl Iterator<Item = (Pose, Pose, Pose, bool)> {
         let near = |poses: &BTreeMap<i64, Pose>, stamp_ns: i64| {
             let range = poses.range(stamp_ns - TOLERANCE_NS..=stamp_ns + TOLERANCE_NS);
             range.min_by_key(|(at, _)| at.abs_diff(stamp_ns)).map(|(_, &pose)| pose)
         };
+        self.0.iter().filter_map(move |&(from, to, relation)| {
+            let there = near(a, from).zip(near(b, to)).map(|(a, b)| (relation, a, b, false));
+            there.or_else(|| Some((relation, near(a, to)?, near(b, from)?, true)))
+        })
+    }
+
+    /// Of those whose one end is in the one and whose other in the other: poses by stamp, in one frame.
+    pub(crate) fn across(&self, a: &BTreeMap<i64, Pose>, b: &BTreeMap<i64, Pose>) -> Across {
         let mut across = Across::default();
-        for &(from, to, relation) in &self.0 {
-            let there = near(a, from).zip(near(b, to)).map(|(a, b)| relation.step_to(a.step_to(b)));
-            let back = near(b, from).zip(near(a, to)).map(|(b, a)| relation.step_to(b.step_to(a)));
-            let Some(error) = there.or(back) else { continue };
+        for (relation, a, b, is_back) in self.pairs(a, b) {
+            let error = relation.step_to(if is_back { b.step_to(a) } else { a.step_to(b) });
             across.n += 1;
             across.mean_m += error.distance_m();
             across.mean_deg += error.theta_rad.abs().to_degrees();
