@@ -66,7 +66,8 @@ pub struct SearchFigures {
     pub n_peaks: usize,
     /// Different places of the whole newcomer that these come to.
     pub n_places: usize,
-    /// True if the directions of walls narrowed the headings; false if walls give none, or nothing
-    /// was found that way, and all headings were searched.
+    /// True if the directions of walls narrowed the headings (but for the pieces that are held best,
+    /// which are searched for at all of them); false if walls give none, or nothing was found that
+    /// way, and all headings were searched.
     pub by_wall_directions: bool,
 }

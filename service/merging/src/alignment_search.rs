@@ -10,7 +10,7 @@ use std::num::NonZero;
 use std::sync::Arc;
 
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_tracking::side_by_side;
+use meetpoint_tracking::{Candidate, side_by_side};
 
 use crate::alignment::{Alignment, Alignments, SearchFigures, Verdict};
 use crate::alignment_params::AlignmentParams;
@@ -73,6 +73,8 @@ pub struct AlignmentProgress {
 const N_QUARTERS: u32 = 4;
 /// Share of the walls that must run along two directions for these to say anything.
 const DIRECTED_SHARE_MIN: f64 = 0.4;
+/// Patches, those that are held best, that are searched for at all headings whatever walls say.
+const N_ANYHOW: usize = 4;
 /// Patches that a thread takes in a slice: some 10 milliseconds each.
 const N_PATCHES_A_THREAD: usize = 1;
 /// Peaks that a thread refines in a slice: a millisecond each.
@@ -130,15 +132,16 @@ impl AlignmentSearch {
             Work::Places(next) => 0.8 + 0.2 * of(next, self.places.len()),
             Work::Done => return None,
         };
-        Some(AlignmentProgress { share })
+        // Of the first of two searches, the second of which is rarely needed.
+        let is_first = self.figures.by_wall_directions;
+        Some(AlignmentProgress { share: if is_first { 0.5 * share } else { 0.5 + 0.5 * share } })
     }
 
     /// Searches for the next patches.
     fn search_some(&mut self, next: usize) -> Work {
         let n_threads = self.params.n_threads;
         let end = (next + N_PATCHES_A_THREAD * n_threads.get()).min(self.patches.len());
-        let some = &self.patches[next..end];
-        let found = side_by_side(some, n_threads, |patch| self.peaks_of(patch));
+        let found = side_by_side(next..end, n_threads, |patch| self.peaks_of(patch));
         self.peaks.extend(found.into_iter().flatten());
         if end < self.patches.len() {
             return Work::Patches(end);
@@ -148,24 +151,31 @@ impl AlignmentSearch {
     }
 
     /// Where the newcomer lies by the places of a patch.
-    fn peaks_of(&self, patch: &Patch) -> Vec<Pose> {
-        let AlignmentParams { half_rad, step_rad, peaks, .. } = &self.params;
-        let headings = if self.figures.by_wall_directions {
-            let turn_rad = self.site.direction.0 - self.newcomer.direction.0;
-            let quarter = |n: u32| turn_rad + f64::from(n) * FRAC_PI_2;
-            (0..N_QUARTERS).map(|n| (quarter(n), *half_rad)).collect()
-        } else {
-            vec![(0.0, PI)]
-        };
-        let found = headings.into_iter().flat_map(|(heading_rad, half_rad)| {
-            self.site.search.peaks(&patch.points, (heading_rad, half_rad, *step_rad), peaks)
-        });
-        let mut found: Vec<_> = found.collect();
+    fn peaks_of(&self, index: usize) -> Vec<Pose> {
+        let patch = &self.patches[index];
+        let AlignmentParams { step_rad, mut peaks, .. } = self.params;
+        let mut found: Vec<Candidate> = Vec::new();
+        for (heading_rad, half_rad) in self.headings(index) {
+            let window = (heading_rad, half_rad, step_rad);
+            found.extend(self.site.search.peaks(&patch.points, window, &peaks));
+            let best = found.iter().map(|peak| peak.score).fold(0.0, f64::max);
+            peaks.score_min = peaks.score_min.max(peaks.rival_share * best);
+        }
         found.sort_by(|a, b| b.score.total_cmp(&a.score));
         found.truncate(peaks.n_max);
-        let best = found.first().map_or(0.0, |best| best.score);
-        let good = found.iter().take_while(|peak| peaks.rival_share * best < peak.score);
+        let good = found.iter().take_while(|peak| peaks.score_min < peak.score);
         good.map(|peak| peak.pose * patch.map_from_patch.inverse()).collect()
+    }
+
+    /// The middles and half widths of the headings at which a patch is searched for. The patches that
+    /// are held best are searched for at all of them, in case that walls run otherwise in the overlap.
+    fn headings(&self, patch: usize) -> Vec<(f64, f64)> {
+        if !self.figures.by_wall_directions || patch < N_ANYHOW {
+            return vec![(0.0, PI)];
+        }
+        let turn_rad = self.site.direction.0 - self.newcomer.direction.0;
+        let quarter = |n: u32| turn_rad + f64::from(n) * FRAC_PI_2;
+        (0..N_QUARTERS).map(|n| (quarter(n), self.params.half_rad)).collect()
     }
 
     /// Refines the next peaks a little, each about its own patch's end of the newcomer.
@@ -196,6 +206,13 @@ impl AlignmentSearch {
             return Work::Places(end);
         }
         self.places = self.apart(self.params.n_places_max);
+        let best = self.places.first().map_or(f64::NEG_INFINITY, |best| best.log_odds);
+        if self.figures.by_wall_directions && best < self.rules.log_odds_proposed_min {
+            // Walls may have led astray: once more, at all headings.
+            self.figures.by_wall_directions = false;
+            self.peaks.clear();
+            return Work::Patches(N_ANYHOW.min(self.patches.len()));
+        }
         Work::Done
     }
 

@@ -35,8 +35,8 @@ impl MergeRules {
     /// For 2-D lasers in buildings.
     pub const INDOOR: Self = Self {
         walls_min_m: 10.0,
-        log_odds_min: 25.0,
-        log_odds_proposed_min: 10.0,
+        log_odds_min: 30.0,
+        log_odds_proposed_min: 15.0,
         margin_min: 6.0,
         margin_share_min: 0.1,
         overlap_min_m2: 15.0,

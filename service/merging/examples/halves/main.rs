@@ -2,8 +2,9 @@
 //! second from an origin of its own and turned by any angle; then the second is aligned to the first, and
 //! held against the relations across the cut. With shares (say `0.1 0.2 0.4 0.6`), stretches of the log
 //! are taken as the second part of which that share lies where the first has been. With `IMAGES=FOLDER`
-//! previews are drawn.
+//! previews are drawn. Times are those on a processor.
 
+mod cpu;
 mod drive;
 mod log;
 mod relations;
@@ -13,7 +14,6 @@ use std::error::Error;
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
 use meetpoint_geometry::Pose;
 use meetpoint_merging::{AlignmentParams, AlignmentSearch, Alignments, MergeRules, Part, preview};
@@ -21,6 +21,7 @@ use meetpoint_occupancy::Reading;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
+use cpu::cpu_s;
 use drive::{Mapped, mapped};
 use log::LoggedScan;
 use relations::Relations;
@@ -170,24 +171,24 @@ fn aligned(
 
 fn searched(site: &Mapped, newcomer: &Mapped) -> (Alignments, f64, f64) {
     let params = AlignmentParams::INDOOR;
-    let began = Instant::now();
+    let began = cpu_s();
     let parts = [site, newcomer].map(|mapped| Arc::new(Part::of_grid(&mapped.grid, &params)));
-    let made_s = began.elapsed().as_secs_f64();
+    let made_s = cpu_s() - began;
     let [site, newcomer] = parts;
     let mut search = AlignmentSearch::new(site, newcomer, params, MergeRules::INDOOR);
     let mut slowest_s = 0.0_f64;
-    let began = Instant::now();
+    let began = cpu_s();
     loop {
-        let slice = Instant::now();
+        let slice = cpu_s();
         let more = search.advance();
-        slowest_s = slowest_s.max(slice.elapsed().as_secs_f64());
+        slowest_s = slowest_s.max(cpu_s() - slice);
         if more.is_none() {
             break;
         }
     }
     let alignments = search.into_alignments();
     print!("[parts {made_s:.2} s] ");
-    (alignments, began.elapsed().as_secs_f64(), slowest_s)
+    (alignments, cpu_s() - began, slowest_s)
 }
 
 /// Median distance of the newcomer's poses from where they lie in a map of the whole log.

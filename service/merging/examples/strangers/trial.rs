@@ -2,7 +2,6 @@
 
 use std::error::Error;
 use std::sync::Arc;
-use std::time::Instant;
 
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_merging::{AlignmentParams, AlignmentSearch, Alignments, MergeRules, Part, Verdict};
@@ -15,6 +14,7 @@ use meetpoint_tracking::{
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 
+use crate::cpu::cpu_s;
 use crate::plan::{Plan, SQUARE_M};
 
 const KEY: SessionKey = SessionKey(0);
@@ -71,13 +71,13 @@ pub(crate) fn driven(
     Ok(Driven { grid: map.grid().clone(), poses, way_m })
 }
 
-/// The newcomer's alignments to the site, and how long they took in seconds.
+/// The newcomer's alignments to the site, and how long they took on a processor, in seconds.
 pub(crate) fn aligned(site: &Grid, newcomer: &Grid) -> (Alignments, f64) {
     let params = AlignmentParams::INDOOR;
     let [site, newcomer] = [site, newcomer].map(|grid| Arc::new(Part::of_grid(grid, &params)));
-    let began = Instant::now();
+    let began = cpu_s();
     let search = AlignmentSearch::new(site, newcomer, params, MergeRules::INDOOR);
-    (search.into_alignments(), began.elapsed().as_secs_f64())
+    (search.into_alignments(), cpu_s() - began)
 }
 
 /// How far the first alignment is from the truth: the median over the newcomer's poses, in metres, and

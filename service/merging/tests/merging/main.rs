@@ -1,0 +1,5 @@
+//! Alignments of drawn worlds, and placements of many parts.
+
+mod alignment;
+mod drawn;
+mod placement;
