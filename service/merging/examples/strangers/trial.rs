@@ -39,7 +39,7 @@ pub(crate) fn driven(
 ) -> Result<Driven, Box<dyn Error>> {
     let building = Building::from_drawing(&plan.drawing(), SQUARE_M)?;
     let mut error = OdometryError::UNCALIBRATED;
-    if seed % 2 == 0 {
+    if seed.is_multiple_of(2) {
         (error.scale, error.drift_rad_per_m) = (0.98, -error.drift_rad_per_m);
     }
     let robot =

@@ -144,7 +144,7 @@ fn a_preview_shows_both() {
     let newcomer = world.grid(0.05, pose, 10.0..30.0);
     let picture = read_png(&preview(&site, &newcomer, pose.inverse(), 300)).expect("a picture");
     assert_eq!(picture.width.max(picture.height), 300, "as large as asked for");
-    let n_white = picture.grey.iter().filter(|&&grey| grey == 255).count();
+    let n_white = picture.grey.iter().map(|&grey| u32::from(grey == 255)).sum::<u32>();
     assert!(500 < n_white, "{n_white} pixels are free by both");
     let nothing = Grid::new(GridFrame::new(0.05).expect("a length"));
     let empty = read_png(&preview(&nothing, &nothing, pose, 300)).expect("a picture");
