@@ -11,9 +11,9 @@
 //! which is exact for landmarks strewn independently (a Poisson process) and noticed independently
 //! by either robot; it is integrated over the placement `T` by Laplace's method with an even prior
 //! over all placements, so that a few landmarks that agree by chance prove nothing. A
-//! building is not strewn, it repeats itself: where what was matched is found again at another place
-//! of either map ([`crate::alignment_repeats`]), a third place that nobody has seen may be meant,
-//! and only what is not repeated speaks against it.
+//! building is not strewn, it repeats itself: where either map fits itself at another place
+//! ([`crate::alignment_repeats`]), a third place that nobody has seen may be meant, and a placement has
+//! to agree better than that.
 //!
 //! Candidates: every two landmarks of the one as far apart as two of the other vote for the placement
 //! that follows ([`crate::alignment_votes`]); those with most votes are fitted and judged.
@@ -104,7 +104,7 @@ pub struct LandmarkAlignments {
     /// Whether both have seen enough that anything can be told: with fewer landmarks neither a placement
     /// nor its absence means anything.
     pub is_enough: bool,
-    /// Whether the best of these is of a pattern that either map repeats.
+    /// Whether either map repeats itself, so that the best of these may be a place that only looks alike.
     pub is_repeated: bool,
 }
 

@@ -1,59 +1,70 @@
 //! Patterns that repeat: doors at equal distances, identical wings, a room like twenty others.
 //!
-//! Where what two maps have in common is found a second time within one of them, a building repeats
-//! itself, and what looks like the same place may be a third one that is in one of the maps only.
-//! That explanation costs the chance that it repeats once more, and loses what is matched and not
-//! repeated:
+//! Where a map fits itself, moved or turned, its building repeats itself, and what looks like the same
+//! place may be a third one that is in one of the maps only. Under such a repetition a share `f` of all
+//! landmarks is found again, under the truth a share `p`; a placement with `m` matches and `c`
+//! contradictions is therefore a repetition with
 //!
 //! ```text
-//! ln P(repeats)  =  ln P(placement)  -  sum of gains of what is not repeated  +  ln share
+//! ln P(repetition)  =  ln P(placement) + ln share - max(0, m ln (p / f) + c ln ((1 - p) / (1 - f)))
 //! ```
+//!
+//! so that it has to agree better than the building agrees with itself.
 
 use meetpoint_geometry::Pose;
 
 use crate::alignment::placements;
-use crate::alignment_fit::{Fitted, Judge};
-use crate::constellation::{Constellation, Star};
-use crate::coverage::Coverage;
+use crate::alignment_fit::{Fitted, Judge, Match};
+use crate::constellation::Constellation;
 
-/// Repetitions within a map that are looked at.
-const N_REPEATS_MAX: usize = 5;
+/// Share of the landmarks of one place that two maps agree on: each robot misses some.
+const SAME_SHARE: f64 = 0.9;
+/// Of ever so much agreement a building may still show less elsewhere; and of ever so little, more.
+const REPEATED_SHARE: (f64, f64) = (0.05, 0.99);
+/// Odds from which a map repeats itself, as a logarithm: every map has some landmarks that lie by
+/// chance as others do.
+const REPEATED_LOG_ODDS_MIN: f64 = 4.0;
+/// Landmarks that a map must find again in itself: two always fit.
+const N_REPEATED_MIN: usize = 3;
 
 /// Logarithm of the evidence for a place that only looks like the one that a placement says; `None`
-/// if neither map repeats what is matched.
+/// if neither map repeats itself.
 pub(crate) fn log_evidence_of_repeats(judge: &Judge<'_>, best: &Fitted) -> Option<f64> {
-    let of_site: Vec<usize> = best.matches.iter().map(|it| it.site).collect();
-    let of_other: Vec<usize> = best.matches.iter().map(|it| it.other).collect();
-    let mut logs = repeats(judge, judge.site, (&of_site, best));
-    logs.extend(repeats(judge, judge.other, (&of_other, best)));
-    // Repetitions of a repetition are no further places: the best counts.
-    logs.into_iter().max_by(f64::total_cmp)
+    let of = |map| repeated_share(judge, map);
+    let share = of(judge.site).into_iter().chain(of(judge.other)).max_by(f64::total_cmp)?;
+    let (least, most) = REPEATED_SHARE;
+    let share = share.clamp(least, most);
+    let (m, c) = (best.matches.len() as f64, best.n_contradicted as f64);
+    let agrees = m * (SAME_SHARE / share).ln() + c * ((1.0 - SAME_SHARE) / (1.0 - share)).ln();
+    Some(best.log_evidence + judge.params.repeats_share.ln() - agrees.max(0.0))
 }
 
-/// The same for each repetition within one of the maps, whose matched landmarks have these indices.
-fn repeats(
-    judge: &Judge<'_>,
-    map: &Constellation,
-    (matched, best): (&[usize], &Fitted),
-) -> Vec<f64> {
-    // What was matched is laid over all of its own map; where it was looked for says nothing here.
-    let stars: Vec<Star> = matched.iter().map(|&index| map.stars[index].clone()).collect();
-    let pattern = Constellation { stars, coverage: Coverage::default() };
-    let itself = Judge::new(map, &pattern, judge.params);
+/// The largest share of its landmarks that a map finds again in itself at another place, if that is no
+/// chance.
+fn repeated_share(judge: &Judge<'_>, map: &Constellation) -> Option<f64> {
+    let itself = Judge::new(map, map, judge.params);
     let is_elsewhere = |placed: Pose| {
-        let off_m =
-            pattern.stars.iter().map(|star| (placed * star.position - star.position).norm());
-        let mean_m = off_m.sum::<f64>() / pattern.stars.len().max(1) as f64;
-        judge.params.apart_m < mean_m
+        let off_m = map.stars.iter().map(|star| (placed * star.position - star.position).norm());
+        judge.params.apart_m < off_m.sum::<f64>() / map.stars.len().max(1) as f64
     };
-    let found = placements(&itself, is_elsewhere).into_iter().take(N_REPEATS_MAX);
-    let is_proven = found.filter(|again| 0.0 < again.log_evidence);
-    is_proven
-        .map(|again| {
-            let is_repeated = |index: usize| again.matches.iter().any(|it| it.other == index);
-            let lost = best.matches.iter().enumerate().filter(|(index, _)| !is_repeated(*index));
-            let lost: f64 = lost.map(|(_, it)| it.gain.max(0.0)).sum();
-            best.log_evidence - lost + judge.params.repeats_share.ln()
-        })
-        .collect()
+    let share = |it: &Fitted| {
+        let both = 2.0 * it.matches.len() as f64;
+        both / (both + it.n_contradicted as f64)
+    };
+    let found = placements(&itself, is_elsewhere);
+    let proven = found.iter().filter(|it| is_proven(it));
+    proven.map(share).max_by(f64::total_cmp)
+}
+
+/// Whether a map fits itself by more than chance. Where it is turned by half a turn, two landmarks that
+/// change places say the same twice.
+fn is_proven(fitted: &Fitted) -> bool {
+    let is_twice = |it: &&Match| {
+        let is_reverse = |other: &Match| (other.site, other.other) == (it.other, it.site);
+        it.site < it.other && fitted.matches.iter().any(is_reverse)
+    };
+    let twice: Vec<&Match> = fitted.matches.iter().filter(is_twice).collect();
+    let told_twice: f64 = twice.iter().map(|it| it.gain).sum();
+    N_REPEATED_MIN <= fitted.matches.len() - twice.len()
+        && REPEATED_LOG_ODDS_MIN < fitted.log_evidence - told_twice
 }

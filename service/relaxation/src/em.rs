@@ -13,7 +13,7 @@ use crate::e_step::{self, Model, Posterior};
 use crate::landmark::{Kinds, Landmark};
 use crate::landmark_map::LandmarkMap;
 use crate::level::Level;
-use crate::m_step::{self, Before, MapParams};
+use crate::m_step::{Before, Counts, MapParams};
 use crate::motion_model::MotionParams;
 use crate::no_landmark::View;
 use crate::path::{self, Path};
@@ -163,14 +163,10 @@ impl<'a> Em<'a> {
         let before = self.map.as_ref().zip(perception.as_ref());
         let before = before.filter(|_| iteration > self.params.map.n_even_iterations);
         let before = before.map(|(map, perception)| Before { map, perception });
-        let map_params = (&self.params.map, &self.params.perception, &self.view());
-        let map = m_step::map(
-            &self.model(),
-            &self.kinds,
-            &posterior.beliefs,
-            before.as_ref(),
-            map_params,
-        );
+        let (beliefs, view) = (&posterior.beliefs, self.view());
+        let counts = Counts::of(&self.model(), self.kinds.n(), beliefs, before.as_ref(), &view);
+        let map_params = (&self.params.map, &self.params.perception);
+        let map = counts.map(&self.level.grid, &self.kinds, before.as_ref(), map_params);
         let log_likelihood = perception.is_some().then_some(posterior.log_likelihood);
         let earlier = self.figures.and_then(|figures| figures.log_likelihood).filter(|_| same_grid);
         let figures = Figures {

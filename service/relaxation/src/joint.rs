@@ -19,7 +19,7 @@ use crate::consolidation::log_same_place;
 use crate::constellation::{Constellation, Star, exists};
 use crate::coverage::Coverage;
 use crate::key_steps::KeySteps;
-use crate::landmark::LandmarkKind;
+use crate::landmark::{Landmark, LandmarkKind};
 use crate::outcome::Outcome;
 use crate::relaxation::RelaxationParams;
 use crate::shape::shape_covariance;
@@ -75,6 +75,19 @@ pub struct JointLandmark {
     pub certainty: f64,
     /// The sightings that are of it: travel, step, and index within the step.
     pub sightings: Vec<(usize, usize, usize)>,
+}
+
+impl JointOutcome {
+    /// The map for those who want to find themselves on it, as [`Outcome::known_map`].
+    pub fn known_map(&self) -> Vec<Landmark> {
+        let known = |landmark: &JointLandmark| Landmark {
+            position: landmark.position,
+            covariance_m2: landmark.shape_covariance_m2,
+            kind: landmark.kind,
+            certainty: exists(landmark.sightings.len()),
+        };
+        self.landmarks.iter().map(known).collect()
+    }
 }
 
 /// One map of all. `None` without a travel, or if the equations cannot be solved.

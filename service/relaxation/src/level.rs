@@ -14,7 +14,7 @@ const N_UNITS_OF_A_MOTION: usize = 100_000;
 
 /// Entries of a motion's table below this share of its largest are dropped: a tenth of the share
 /// by which poses are, so that no pose is dropped because of it.
-const SHARE_OF_SELECTION: f32 = 0.1;
+pub(crate) const SHARE_OF_SELECTION: f32 = 0.1;
 
 /// Tables of all steps on one grid.
 #[derive(Debug)]

@@ -61,42 +61,71 @@ pub(crate) struct Before<'a> {
     pub(crate) perception: &'a Perception,
 }
 
-/// The map for given probabilities of poses.
-pub(crate) fn map(
-    model: &Model<'_>,
-    kinds: &Kinds,
-    beliefs: &[Belief],
-    before: Option<&Before<'_>>,
-    params: (&MapParams, &PerceptionParams, &View),
-) -> LandmarkMap {
-    let (map_params, perception_params, view) = params;
-    let n_steps = u32::try_from(beliefs.len()).unwrap_or(u32::MAX);
-    let n_units = 20 * beliefs.iter().map(Belief::n_cells).sum::<usize>();
-    let by_step = side_by_side(n_steps, model.n_threads, n_units, |step| {
-        let step = step as usize;
-        let seen = model.observations[step].seen.iter();
-        seen.map(|seen| (seen.kind, places(model, &beliefs[step], seen, before)))
-            .collect::<Vec<_>>()
-    });
-    let n_kinds = kinds.n();
-    let mut by_kind_seen = vec![Layer::zeros(model.grid.window()); n_kinds];
-    for (kind, places) in by_step.iter().flatten() {
-        by_kind_seen[*kind].add(places);
+/// What poses and sightings say of places: the sums that a map is made from.
+pub(crate) struct Counts {
+    /// By kind seen: where sightings' landmarks are, for all poses together.
+    by_kind_seen: Vec<Layer>,
+    /// V: expected number of times that every node was in view.
+    times: Vec<f64>,
+}
+
+impl Counts {
+    /// Of one travel, given probabilities of its poses.
+    pub(crate) fn of(
+        model: &Model<'_>,
+        n_kinds: usize,
+        beliefs: &[Belief],
+        before: Option<&Before<'_>>,
+        view: &View,
+    ) -> Self {
+        let n_steps = u32::try_from(beliefs.len()).unwrap_or(u32::MAX);
+        let n_units = 20 * beliefs.iter().map(Belief::n_cells).sum::<usize>();
+        let by_step = side_by_side(n_steps, model.n_threads, n_units, |step| {
+            let step = step as usize;
+            let seen = model.observations[step].seen.iter();
+            seen.map(|seen| (seen.kind, places(model, &beliefs[step], seen, before)))
+                .collect::<Vec<_>>()
+        });
+        let mut by_kind_seen = vec![Layer::zeros(model.grid.window()); n_kinds];
+        for (kind, places) in by_step.iter().flatten() {
+            by_kind_seen[*kind].add(places);
+        }
+        Self { by_kind_seen, times: times(model, beliefs, view, model.n_threads) }
     }
-    let hits = hits(model.grid, &by_kind_seen, before, perception_params);
-    let times = times(model, beliefs, view, model.n_threads);
-    let seen = f64::from(perception_params.seen());
-    let mut by_kind = vec![vec![0.0; model.grid.n_nodes()]; n_kinds];
-    for (node, times) in times.iter().enumerate() {
-        let n_hits: f64 = hits.iter().map(|kind| f64::from(kind[node])).sum();
-        let n_times = (seen * times + map_params.n_seen_nothing).max(n_hits);
-        if n_times > 0.0 {
-            for (kind, hits) in by_kind.iter_mut().zip(&hits) {
-                kind[node] = single(f64::from(hits[node]) / n_times);
+
+    /// With those of another travel on the same grid.
+    pub(crate) fn with(mut self, other: &Self) -> Self {
+        for (seen, others) in self.by_kind_seen.iter_mut().zip(&other.by_kind_seen) {
+            seen.add(others);
+        }
+        for (times, others) in self.times.iter_mut().zip(&other.times) {
+            *times += others;
+        }
+        self
+    }
+
+    /// The most likely map.
+    pub(crate) fn map(
+        &self,
+        grid: &PoseGrid,
+        kinds: &Kinds,
+        before: Option<&Before<'_>>,
+        (map_params, perception_params): (&MapParams, &PerceptionParams),
+    ) -> LandmarkMap {
+        let hits = hits(grid, &self.by_kind_seen, before, perception_params);
+        let seen = f64::from(perception_params.seen());
+        let mut by_kind = vec![vec![0.0; grid.n_nodes()]; kinds.n()];
+        for (node, times) in self.times.iter().enumerate() {
+            let n_hits: f64 = hits.iter().map(|kind| f64::from(kind[node])).sum();
+            let n_times = (seen * times + map_params.n_seen_nothing).max(n_hits);
+            if n_times > 0.0 {
+                for (kind, hits) in by_kind.iter_mut().zip(&hits) {
+                    kind[node] = single(f64::from(hits[node]) / n_times);
+                }
             }
         }
+        LandmarkMap::new(*grid, kinds.clone(), by_kind)
     }
-    LandmarkMap::new(*model.grid, kinds.clone(), by_kind)
 }
 
 /// Where a sighting's landmark is, for all poses together: the sum of `g(z | c, xi)` times the

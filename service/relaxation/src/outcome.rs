@@ -4,10 +4,11 @@ use meetpoint_geometry::{Point2, Pose};
 use nalgebra::Matrix2;
 
 use crate::calibration::Calibration;
+use crate::constellation::exists;
 use crate::error_model::ErrorModel;
 use crate::hypothesis::Hypothesis;
 use crate::key_steps::KeySteps;
-use crate::landmark::LandmarkKind;
+use crate::landmark::{Landmark, LandmarkKind};
 use crate::shape::shape_covariance;
 use crate::travel::Travel;
 use crate::whole::Whole;
@@ -65,6 +66,20 @@ pub struct Alternative {
     /// The sightings that it tells otherwise: step, and index within the step. Whoever goes there
     /// again finds out.
     pub in_doubt: Vec<(usize, usize)>,
+}
+
+impl Outcome {
+    /// The map for those who want to find themselves on it ([`crate::localization`]): how wrong places are
+    /// among each other, since nobody asks where the first pose was.
+    pub fn known_map(&self) -> Vec<Landmark> {
+        let known = |landmark: &MappedLandmark| Landmark {
+            position: landmark.position,
+            covariance_m2: landmark.shape_covariance_m2,
+            kind: landmark.kind,
+            certainty: exists(landmark.sightings.len()),
+        };
+        self.landmarks.iter().map(known).collect()
+    }
 }
 
 /// What follows from hypotheses about the key steps, the best first. `None` if there is none, or it

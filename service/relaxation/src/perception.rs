@@ -133,6 +133,7 @@ impl Seen {
 }
 
 /// What a map says about sightings and their absence, made once for every map.
+#[derive(Debug)]
 pub(crate) struct Perception {
     /// `odds_t`, by kind seen.
     pub(crate) odds: Vec<Layer>,

@@ -2,11 +2,12 @@
 //! never where it is not.
 //!
 //! ```text
-//! cargo bench -p meetpoint-relaxation --bench several -- [pairs] [MRCLAM_FOLDER]
+//! cargo bench -p meetpoint-relaxation --bench several -- [museum] [pairs] [MRCLAM_FOLDER]
 //! ```
 
 mod mrclam;
 mod mrclam_folder;
+mod museum;
 mod pairs;
 
 use std::path::Path;
@@ -14,6 +15,10 @@ use std::path::Path;
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).filter(|word| word != "--bench").collect();
     let is_asked = |name: &str| words.is_empty() || words.iter().any(|word| word == name);
+    if is_asked("museum") {
+        museum::print();
+        museum::print_largest();
+    }
     if is_asked("pairs") {
         pairs::print();
     }

@@ -11,7 +11,7 @@ use meetpoint_relaxation::{
 };
 use nalgebra::Matrix2;
 
-use crate::mrclam_folder::Folder;
+use crate::mrclam_folder::{Folder, Robot};
 
 /// Prints how the robots are found, and what is off.
 pub(crate) fn print(path: &Path) {
@@ -31,17 +31,15 @@ pub(crate) fn print(path: &Path) {
             let first = &folder.robots[0];
             let (ours, others) = (&found.outcome.poses[0], &found.outcome.poses[at]);
             let off = first.start.step_to(robot.start).step_to(ours[0].step_to(others[0]));
-            let (seen, also) = (first_sighting(&first.travel), first_sighting(&robot.travel));
-            let found = ours[seen].step_to(others[also]);
-            let off_seen = first.at_sighting.step_to(robot.at_sighting).step_to(found);
+            let between = frame_off(first, ours).inverse() * frame_off(robot, others);
             println!(
-                "robot {}: {:.3} m, {:.2} deg off where odometry begins; {:.3} m, {:.2} deg at the \
-                 first sighting",
+                "robot {} seen from robot 1: {:.3} m, {:.2} deg off by all of their ways; {:.3} m, \
+                 {:.2} deg where odometry begins",
                 index + 1,
+                between.distance_m(),
+                between.theta_rad.to_degrees(),
                 off.distance_m(),
-                off.theta_rad.to_degrees(),
-                off_seen.distance_m(),
-                off_seen.theta_rad.to_degrees()
+                off.theta_rad.to_degrees()
             );
         }
         let truth = true_landmarks(&folder);
@@ -49,8 +47,21 @@ pub(crate) fn print(path: &Path) {
     }
 }
 
-fn first_sighting(travel: &Travel) -> usize {
-    travel.steps.iter().position(|step| !step.sightings.is_empty()).unwrap_or(0)
+/// The rigid motion that takes what was found of a robot's way nearest to the truth.
+fn frame_off(robot: &Robot, found: &[Pose]) -> Pose {
+    let n = robot.truth.len() as f64;
+    let sum = |values: &dyn Fn(&(usize, Pose)) -> nalgebra::Vector2<f64>| {
+        robot.truth.iter().map(values).sum::<nalgebra::Vector2<f64>>() / n
+    };
+    let of_truth = sum(&|(_, truth)| truth.position().coords);
+    let of_found = sum(&|(step, _)| found[*step].position().coords);
+    let turned = sum(&|(step, truth)| {
+        let (sin, cos) = (truth.theta_rad - found[*step].theta_rad).sin_cos();
+        nalgebra::Vector2::new(cos, sin)
+    });
+    let turn = Pose::new(0.0, 0.0, turned.y.atan2(turned.x));
+    let shift = of_truth - (turn * Point2::from(of_found)).coords;
+    Pose::new(shift.x, shift.y, turn.theta_rad)
 }
 
 fn relaxed(travel: &Travel) -> Outcome {

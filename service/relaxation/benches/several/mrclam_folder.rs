@@ -24,8 +24,8 @@ pub(crate) struct Robot {
     pub(crate) travel: Travel,
     /// Where its first step truly is.
     pub(crate) start: Pose,
-    /// Where its first step with a sighting truly is.
-    pub(crate) at_sighting: Pose,
+    /// Where its steps with sightings truly are, by index.
+    pub(crate) truth: Vec<(usize, Pose)>,
 }
 
 /// Robots, and true places of landmarks by subject.
@@ -63,7 +63,7 @@ fn robot(path: &Path, number: u32, subjects: &BTreeMap<u32, u32>, is_anonymous: 
     let mut way = Way { velocities, next: 0, time_s: begun_s, velocity: (0.0, 0.0) };
     let mut steps = vec![Step { motion: Motion::NONE, sightings: Vec::new() }];
     let (mut station_s, mut from_station) = (f64::NEG_INFINITY, Pose::IDENTITY);
-    let mut kept = Vec::new();
+    let (mut kept, mut stamps_s) = (Vec::new(), Vec::new());
     for (stamp_s, sighting) in &seen {
         let legs = way.until(*stamp_s);
         from_station = legs.iter().fold(from_station, |pose, &leg| pose * leg);
@@ -72,6 +72,7 @@ fn robot(path: &Path, number: u32, subjects: &BTreeMap<u32, u32>, is_anonymous: 
             let motion = Motion::new(joined(&std::mem::take(&mut kept)));
             steps.push(Step { motion, sightings: Vec::new() });
             (station_s, from_station) = (*stamp_s, Pose::IDENTITY);
+            stamps_s.push((steps.len() - 1, *stamp_s));
         }
         let offset = (from_station * sighting.offset_m()).coords;
         let (range_m, bearing_rad) = (offset.norm(), offset.y.atan2(offset.x));
@@ -89,10 +90,12 @@ fn robot(path: &Path, number: u32, subjects: &BTreeMap<u32, u32>, is_anonymous: 
     };
     let truth = rows(path, &format!("Robot{number}_Groundtruth"));
     let at = |time_s: f64| {
-        let row = truth.iter().find(|row| time_s <= row[0]).expect("the truth goes on");
-        Pose::new(row[1], row[2], row[3])
+        let after = truth.partition_point(|row| row[0] < time_s).min(truth.len() - 1);
+        Pose::new(truth[after][1], truth[after][2], truth[after][3])
     };
-    Robot { travel: Travel { detector, steps }, start: at(begun_s), at_sighting: at(seen[0].0) }
+    let start = at(begun_s);
+    let truth = stamps_s.into_iter().map(|(step, stamp_s)| (step, at(stamp_s))).collect();
+    Robot { travel: Travel { detector, steps }, start, truth }
 }
 
 /// Velocities under way.

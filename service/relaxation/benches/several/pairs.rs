@@ -34,6 +34,7 @@ const N_PAIRS: u64 = 100;
 enum Kind {
     Strewn,
     Doors,
+    BothWings,
     Wings,
     Square,
 }
@@ -52,6 +53,7 @@ pub(crate) fn print() {
         row(&format!("doors along corridors, {percent} %"), Kind::Doors, Some(percent / 100.0));
     }
     row("two buildings with the same doors", Kind::Doors, None);
+    row("two identical wings, both in the map", Kind::BothWings, Some(1.0));
     row("the other of two identical wings", Kind::Wings, None);
     row("a square of landmarks", Kind::Square, Some(1.0));
 }
@@ -93,7 +95,12 @@ fn pair(
     rng: &mut ChaCha8Rng,
 ) -> (Constellation, Constellation, Option<Pose>) {
     let world = world(kind, rng);
-    let site = seen(&world, Point2::origin(), Pose::IDENTITY, rng);
+    let mut site = seen(&world, Point2::origin(), Pose::IDENTITY, rng);
+    if matches!(kind, Kind::BothWings) {
+        let wing = seen(&world, Point2::new(100.0, 0.0), Pose::IDENTITY, rng);
+        site.stars.extend(wing.stars);
+        site.coverage.join(&wing.coverage, Pose::IDENTITY);
+    }
     let other_from_world = Pose::new(
         rng.random_range(-50.0..50.0),
         rng.random_range(-50.0..50.0),
@@ -123,7 +130,7 @@ fn world(kind: Kind, rng: &mut impl Rng) -> Vec<Point2<f64>> {
     match kind {
         Kind::Strewn => strewn(&mut anywhere, n),
         Kind::Doors => doors(rng),
-        Kind::Wings => {
+        Kind::Wings | Kind::BothWings => {
             let wing: Vec<Point2<f64>> = strewn(&mut anywhere, n);
             let moved = wing.iter().map(|at| at + nalgebra::Vector2::new(100.0, 0.0));
             wing.iter().copied().chain(moved).collect()

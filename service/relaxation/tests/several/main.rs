@@ -2,3 +2,10 @@
 //! of maps, against their definitions and on worlds whose answer is known.
 
 mod alignment;
+#[path = "../em/definition.rs"]
+mod definition;
+mod joint_em;
+mod localization;
+#[path = "../em/worlds.rs"]
+#[expect(dead_code, reason = "shared with the tests of one travel, which use all of it")]
+mod worlds;
