@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 14] = [
+const FILES: [&str; 15] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -16,6 +16,7 @@ const FILES: [&str; 14] = [
     "meetpoint/v1/plan.proto",
     "meetpoint/v1/landmark.proto",
     "meetpoint/v1/closure.proto",
+    "meetpoint/v1/merge.proto",
     "meetpoint/v1/job.proto",
 ];
 
@@ -27,6 +28,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     // Bytes straight from protox keep every option and comment, for server reflection.
     let out = PathBuf::from(env::var("OUT_DIR")?).join("descriptor.bin");
     fs::write(&out, compiler.encode_file_descriptor_set())?;
-    tonic_prost_build::configure().compile_fds(compiler.file_descriptor_set())?;
+    tonic_prost_build::configure()
+        // It is much larger than what else a watcher is told.
+        .boxed(".meetpoint.v1.WatchMapResponse.kind.session")
+        .compile_fds(compiler.file_descriptor_set())?;
     Ok(())
 }

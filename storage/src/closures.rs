@@ -3,10 +3,10 @@
 
 use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 
-use crate::journal::Kind;
+use crate::journal::{Kind, record_decision};
 use crate::maps::require_map;
 use crate::number::to_sql;
-use crate::{ClosureId, ContentHash, Error, JobId, MapId, SessionId, Store};
+use crate::{ClosureId, Error, JobId, MapId, SessionId, Store};
 
 /// The two moments that a closure joins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -183,9 +183,8 @@ impl Store {
         &self,
         switch: &ClosureSwitch,
     ) -> Result<Option<ClosureRecord>, Error> {
-        let content_hash = ContentHash::of(&switch.payload);
         let mut write = self.write().await?;
-        let result = record_switch(&mut write.connection, switch, content_hash).await;
+        let result = record_switch(&mut write.connection, switch).await;
         write.end(result).await
     }
 }
@@ -193,7 +192,6 @@ impl Store {
 async fn record_switch(
     connection: &mut SqliteConnection,
     switch: &ClosureSwitch,
-    content_hash: ContentHash,
 ) -> Result<Option<ClosureRecord>, Error> {
     let ClosureSwitch { map, id, is_off, payload, time_ns } = switch;
     require_map(&mut *connection, map).await?;
@@ -204,17 +202,8 @@ async fn record_switch(
     if record.is_off == *is_off {
         return Ok(Some(record));
     }
-    let seq: i64 = sqlx::query_scalar(
-        "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
-         values ($1, $2, $3, $4, $5) returning seq",
-    )
-    .bind(map)
-    .bind(Kind::ClosureSwitched)
-    .bind(time_ns)
-    .bind(content_hash.0.as_slice())
-    .bind(payload.as_slice())
-    .fetch_one(&mut *connection)
-    .await?;
+    let kind = Kind::ClosureSwitched;
+    let seq = record_decision(&mut *connection, map, kind, *time_ns, payload).await?;
     let change = if *is_off {
         sqlx::query("insert into closures_off (id, seq) values ($1, $2)").bind(id).bind(seq)
     } else {

@@ -75,6 +75,9 @@ pub enum Error {
         /// Its revision.
         revision: u64,
     },
+    /// Merges of the map were decided about by somebody else meanwhile.
+    #[error("merges of map `{0}` were decided about meanwhile")]
+    MergesChanged(MapId),
     /// Poses were to be put behind the end of a trajectory.
     #[error("session {session} has {n_poses} poses, the next cannot have index {first_index}")]
     TrajectoryGap {

@@ -73,6 +73,17 @@ impl fmt::Display for ClosureId {
     }
 }
 
+/// Where a session of unknown start may lie, and what was decided about it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, sqlx::Type)]
+#[sqlx(transparent)]
+pub struct MergeId(pub Uuid);
+
+impl fmt::Display for MergeId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
 /// A place in the journal: commit order over all maps, counted from 1, with gaps from one map's
 /// point of view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, sqlx::Type)]

@@ -142,7 +142,7 @@ impl Store {
     /// [`Error::NoSuchMap`].
     pub async fn create_job(&self, new: &NewJob) -> Result<JobRecord, Error> {
         let mut write = self.write().await?;
-        let result = insert(&mut write.connection, new).await;
+        let result = insert_job(&mut write.connection, new).await;
         write.end(result).await
     }
 
@@ -234,7 +234,14 @@ pub(crate) async fn log(
     Ok(lines)
 }
 
-async fn insert(connection: &mut SqliteConnection, new: &NewJob) -> Result<JobRecord, Error> {
+/// Queues a job inside a transaction.
+///
+/// # Errors
+/// [`Error::NoSuchMap`].
+pub(crate) async fn insert_job(
+    connection: &mut SqliteConnection,
+    new: &NewJob,
+) -> Result<JobRecord, Error> {
     require_map(&mut *connection, &new.map).await?;
     sqlx::query(
         "insert into jobs (id, map_id, kind, params, priority, state, create_time_ns, update_time_ns)

@@ -22,6 +22,7 @@ pub(crate) enum Kind {
     CostDecided = 9,
     SessionsRelaxed = 10,
     ClosureSwitched = 11,
+    MergeDecided = 12,
 }
 
 /// Something that happened, with its place in the journal.
@@ -104,6 +105,11 @@ pub enum JournalEvent {
         /// What was decided, opaque.
         payload: Vec<u8>,
     },
+    /// A session of unknown start was put somewhere, or was not, or was taken back.
+    MergeDecided {
+        /// What was decided, opaque.
+        payload: Vec<u8>,
+    },
 }
 
 /// A batch as it was received.
@@ -140,6 +146,28 @@ pub(crate) async fn record_event(
     .bind(event.session)
     .bind(event.number.map(to_sql))
     .bind(event.time_ns)
+    .fetch_one(connection)
+    .await?;
+    Ok(seq)
+}
+
+/// Appends a decision on a map inside a transaction.
+pub(crate) async fn record_decision(
+    connection: &mut SqliteConnection,
+    map: &MapId,
+    kind: Kind,
+    time_ns: i64,
+    payload: &[u8],
+) -> Result<JournalSeq, Error> {
+    let seq = sqlx::query_scalar(
+        "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
+         values ($1, $2, $3, $4, $5) returning seq",
+    )
+    .bind(map)
+    .bind(kind)
+    .bind(time_ns)
+    .bind(ContentHash::of(payload).0.as_slice())
+    .bind(payload)
     .fetch_one(connection)
     .await?;
     Ok(seq)
@@ -219,6 +247,35 @@ impl Store {
         });
         let last = fits.last().or(sizes.first());
         Ok(last.map(|(seq, _)| *seq))
+    }
+
+    /// The payloads of a map's decisions of one kind up to `through`, in order.
+    ///
+    /// # Errors
+    /// [`Error::Damaged`] if one does not have its hash any more.
+    pub(crate) async fn decisions(
+        &self,
+        map: &MapId,
+        kind: Kind,
+        through: JournalSeq,
+    ) -> Result<Vec<(JournalSeq, Vec<u8>)>, Error> {
+        let rows: Vec<(JournalSeq, Vec<u8>, Vec<u8>)> = sqlx::query_as(
+            "select seq, content_hash, payload from journal
+             where map_id = $1 and 8 <= kind and kind = $2 and seq <= $3 order by seq",
+        )
+        .bind(map)
+        .bind(kind)
+        .bind(through)
+        .fetch_all(self.readers())
+        .await?;
+        let checked = |(seq, hash, payload): (JournalSeq, Vec<u8>, Vec<u8>)| {
+            let hash = ContentHash::from_column(&hash)?;
+            if ContentHash::of(&payload) == hash {
+                return Ok((seq, payload));
+            }
+            Err(Error::Damaged(format!("entry {seq} does not have the hash {hash}")))
+        };
+        rows.into_iter().map(checked).collect()
     }
 
     /// The newest entry of a map; [`JournalSeq::START`] if there is none.
@@ -354,6 +411,7 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         Kind::ClosureSwitched => {
             JournalEvent::ClosureSwitched { payload: payload(row, "a closure's switch")? }
         }
+        Kind::MergeDecided => JournalEvent::MergeDecided { payload: payload(row, "a merge")? },
     };
     Ok(JournalEntry { seq, receive_time_ns, event })
 }

@@ -19,7 +19,9 @@ mod landmark_sets;
 mod leases;
 mod manifest;
 mod maps;
+mod merges;
 mod number;
+mod placements;
 mod pose_chunk;
 mod relaxations;
 mod replies;
@@ -36,7 +38,7 @@ pub use connection::{Store, StoreSettings};
 pub use content_hash::ContentHash;
 pub use costs::{CostDecisionRecord, NewCostDecision};
 pub use error::Error;
-pub use ids::{ClosureId, JobId, JournalSeq, MapId, RobotId, SessionId};
+pub use ids::{ClosureId, JobId, JournalSeq, MapId, MergeId, RobotId, SessionId};
 pub use imports::{ImportRecord, NewImport};
 pub use job_runs::{ClaimedJob, JobHeartbeat, JobOutcome, JobReport, NewLogLine};
 pub use jobs::{JobRecord, JobState, LOG_LINES_MAX, LogLine, NewJob};
@@ -44,6 +46,11 @@ pub use journal::{BatchPayload, JournalEntry, JournalEvent};
 pub use leases::MapLease;
 pub use manifest::TileKey;
 pub use maps::{MapRecord, NewMap};
+pub use merges::{
+    FoundMerges, MergeDecision, MergeDecisionRecord, MergeFilter, MergeRecord, MergeState,
+    NewMerge, NewMergeDecisions,
+};
+pub use placements::Placement;
 pub use pose_chunk::PoseRecord;
 pub use relaxations::{NewRelaxation, RelaxationRecord};
 pub use replies::RememberedReply;

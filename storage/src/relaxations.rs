@@ -5,9 +5,9 @@ use sqlx::SqliteConnection;
 
 use crate::closures::replace_closures;
 use crate::job_runs::hold_checkpoint;
-use crate::journal::Kind;
+use crate::journal::{Kind, record_decision};
 use crate::maps::require_map;
-use crate::{ContentHash, Error, JobId, JournalSeq, MapId, NewClosure, SessionId, Store};
+use crate::{Error, JobId, JournalSeq, MapId, NewClosure, SessionId, Store};
 
 /// What a job found, to be recorded.
 #[derive(Clone, Debug)]
@@ -39,13 +39,6 @@ pub struct RelaxationRecord {
     pub payload: Vec<u8>,
 }
 
-#[derive(sqlx::FromRow)]
-struct Row {
-    seq: JournalSeq,
-    content_hash: Vec<u8>,
-    payload: Vec<u8>,
-}
-
 impl Store {
     /// Records what a job found, together with the job's checkpoint and the closures: its place in the journal.
     ///
@@ -53,9 +46,8 @@ impl Store {
     /// [`Error::NoSuchMap`]; [`Error::LeaseLost`] if the fence is not the one in force or the job
     /// has ended.
     pub async fn record_relaxation(&self, new: &NewRelaxation) -> Result<JournalSeq, Error> {
-        let content_hash = ContentHash::of(&new.payload);
         let mut write = self.write().await?;
-        let result = record(&mut write.connection, new, content_hash).await;
+        let result = record(&mut write.connection, new).await;
         write.end(result).await
     }
 
@@ -68,47 +60,20 @@ impl Store {
         map: &MapId,
         through: JournalSeq,
     ) -> Result<Vec<RelaxationRecord>, Error> {
-        let rows: Vec<Row> = sqlx::query_as(
-            "select seq, content_hash, payload from journal
-             where map_id = $1 and 8 <= kind and kind = $2 and seq <= $3 order by seq",
-        )
-        .bind(map)
-        .bind(Kind::SessionsRelaxed)
-        .bind(through)
-        .fetch_all(self.readers())
-        .await?;
-        rows.into_iter().map(checked).collect()
+        let decisions = self.decisions(map, Kind::SessionsRelaxed, through).await?;
+        let record = |(seq, payload)| RelaxationRecord { seq, payload };
+        Ok(decisions.into_iter().map(record).collect())
     }
 }
 
 async fn record(
     connection: &mut SqliteConnection,
     new: &NewRelaxation,
-    content_hash: ContentHash,
 ) -> Result<JournalSeq, Error> {
     require_map(&mut *connection, &new.map).await?;
     hold_checkpoint(&mut *connection, new.job, new.fence, &new.checkpoint).await?;
     let considered = (new.sessions.as_slice(), new.closures.as_slice());
     replace_closures(&mut *connection, &new.map, new.job, considered).await?;
-    let seq = sqlx::query_scalar(
-        "insert into journal (map_id, kind, receive_time_ns, content_hash, payload)
-         values ($1, $2, $3, $4, $5) returning seq",
-    )
-    .bind(&new.map)
-    .bind(Kind::SessionsRelaxed)
-    .bind(new.time_ns)
-    .bind(content_hash.0.as_slice())
-    .bind(new.payload.as_slice())
-    .fetch_one(connection)
-    .await?;
-    Ok(seq)
-}
-
-fn checked(row: Row) -> Result<RelaxationRecord, Error> {
-    let Row { seq, content_hash, payload } = row;
-    let hash = ContentHash::from_column(&content_hash)?;
-    if ContentHash::of(&payload) != hash {
-        return Err(Error::Damaged(format!("entry {seq} does not have the hash {hash}")));
-    }
-    Ok(RelaxationRecord { seq, payload })
+    let (kind, time_ns) = (Kind::SessionsRelaxed, new.time_ns);
+    record_decision(connection, &new.map, kind, time_ns, &new.payload).await
 }

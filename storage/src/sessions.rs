@@ -69,8 +69,14 @@ pub struct SessionRecord {
     pub state: SessionState,
     /// What the robot declared, opaque.
     pub declaration: Vec<u8>,
-    /// The session's place in the map: x and y in metres, theta in radians; `None` if unknown.
+    /// The session's place in the map, as it was declared or as a merge in force says: x and y in metres,
+    /// theta in radians; `None` if unknown.
     pub map_from_session: Option<[f64; 3]>,
+    /// The session in whose frame it is mapped: itself, or one that a merge put it into; `None` for the
+    /// map's frame.
+    pub frame: Option<SessionId>,
+    /// Its own frame seen from the one that it is mapped in.
+    pub frame_from_session: [f64; 3],
     /// Batches up to this number are durable, skipped ones included.
     pub acked_through: u64,
     /// Laser scans received, without rejected ones.
@@ -119,10 +125,26 @@ struct Row {
     last_time_ns: Option<i64>,
     create_time_ns: i64,
     end_seq: Option<JournalSeq>,
+    is_merged: bool,
+    frame_id: Option<SessionId>,
+    x_m: Option<f64>,
+    y_m: Option<f64>,
+    theta_rad: Option<f64>,
 }
 
 impl From<Row> for SessionRecord {
     fn from(row: Row) -> Self {
+        let declared = place([
+            row.map_from_session_x_m,
+            row.map_from_session_y_m,
+            row.map_from_session_theta_rad,
+        ]);
+        let merged = place([row.x_m, row.y_m, row.theta_rad]).filter(|_| row.is_merged);
+        let (frame, frame_from_session) = match (declared, merged) {
+            (Some(map_from_session), _) => (None, map_from_session),
+            (None, Some(frame_from_session)) => (row.frame_id, frame_from_session),
+            (None, None) => (Some(row.id), [0.0; 3]),
+        };
         Self {
             id: row.id,
             map: row.map_id,
@@ -131,11 +153,9 @@ impl From<Row> for SessionRecord {
             client_key: row.client_key,
             state: row.state,
             declaration: row.declaration,
-            map_from_session: place([
-                row.map_from_session_x_m,
-                row.map_from_session_y_m,
-                row.map_from_session_theta_rad,
-            ]),
+            map_from_session: frame.is_none().then_some(frame_from_session),
+            frame,
+            frame_from_session,
             acked_through: row.acked_through,
             n_scans: row.n_scans,
             n_rejected: row.n_rejected,
@@ -188,7 +208,7 @@ impl Store {
     /// # Errors
     /// Those of reading.
     pub async fn session(&self, id: SessionId) -> Result<Option<SessionRecord>, Error> {
-        let row: Option<Row> = sqlx::query_as("select * from sessions where id = $1")
+        let row: Option<Row> = sqlx::query_as("select * from placed_sessions where id = $1")
             .bind(id)
             .fetch_optional(self.readers())
             .await?;
@@ -207,7 +227,7 @@ impl Store {
         limit: u32,
     ) -> Result<Vec<SessionRecord>, Error> {
         let rows: Vec<Row> = sqlx::query_as(
-            "select * from sessions
+            "select * from placed_sessions
              where ($1 is null or map_id = $1) and ($2 is null or robot_id = $2)
                  and ($3 is null or (select position from sessions where id = $3) < position)
              order by position limit $4",
@@ -250,7 +270,7 @@ async fn find_by_key(
     new: &NewSession,
 ) -> Result<Option<SessionRecord>, Error> {
     let row: Option<Row> =
-        sqlx::query_as("select * from sessions where robot_id = $1 and client_key = $2")
+        sqlx::query_as("select * from placed_sessions where robot_id = $1 and client_key = $2")
             .bind(&new.robot)
             .bind(&new.client_key)
             .fetch_optional(connection)
@@ -353,7 +373,7 @@ async fn require_session(
     connection: &mut SqliteConnection,
     id: SessionId,
 ) -> Result<SessionRecord, Error> {
-    let row: Option<Row> = sqlx::query_as("select * from sessions where id = $1")
+    let row: Option<Row> = sqlx::query_as("select * from placed_sessions where id = $1")
         .bind(id)
         .fetch_optional(connection)
         .await?;

@@ -111,6 +111,17 @@ pub(crate) trait Door {
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>>;
     /// The closure as it is then.
     async fn switch_closure(&self, map: &str, closure: &str, is_off: bool) -> Answer<v1::Closure>;
+    /// What a session that is not placed has drawn, in a version; 0 is the published one.
+    async fn session_grid(&self, session: &str, version: u64) -> Answer<v1::Grid>;
+    /// A page of merges.
+    async fn merges(&self, request: v1::ListMergesRequest) -> Answer<Rows<v1::Merge>>;
+    async fn merge(&self, merge: &str) -> Answer<v1::Merge>;
+    /// The bytes of a PNG. Empty for the first alignment.
+    async fn preview(&self, merge: &str, alignment: &str) -> Answer<Vec<u8>>;
+    /// The merge as it is then, and the job that draws the map by it.
+    async fn accept(&self, merge: &str, alignment: &str) -> Answer<(v1::Merge, String)>;
+    async fn reject(&self, merge: &str) -> Answer<v1::Merge>;
+    async fn undo(&self, merge: &str) -> Answer<(v1::Merge, String)>;
     /// The bytes of a PNG.
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>>;
     async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job>;

@@ -3,7 +3,7 @@
 use meetpoint_client::v1;
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_sim::{
-    ChaCha8Rng, Drive, Laser, OdometryError, Robot, Tick, World, corridor_loop, hall,
+    Building, ChaCha8Rng, Drive, Laser, OdometryError, Robot, Tick, World, corridor_loop, hall,
 };
 use rand::SeedableRng;
 use v1::ingest_batch_request::Kind as Upload;
@@ -27,7 +27,7 @@ pub(crate) struct SimulatedDrive {
     pub(crate) sensor: v1::Sensor,
     pub(crate) ticks: Vec<Tick>,
     /// The true pose at the start, in the building's frame.
-    building_from_start: Pose,
+    pub(crate) building_from_start: Pose,
 }
 
 /// Odometry, as a robot reports it.
@@ -52,8 +52,18 @@ impl SimulatedDrive {
     }
 
     fn through(world: &World, robot: Robot, seed: u64) -> Self {
+        Self::by_way_of(&world.building, robot, &world.tours[0], seed)
+    }
+
+    /// From the first of these places, by way of the others, to the last.
+    pub(crate) fn by_way_of(
+        building: &Building,
+        robot: Robot,
+        places: &[Point2<f64>],
+        seed: u64,
+    ) -> Self {
         let rng = ChaCha8Rng::seed_from_u64(seed);
-        let drive = Drive::new(&world.building, robot, &world.tours[0], START_NS, rng);
+        let drive = Drive::new(building, robot, places, START_NS, rng);
         let drive = drive.expect("the building's tour can be driven");
         let building_from_start = drive.truth();
         Self { sensor: laser(&robot.laser), building_from_start, ticks: drive.collect() }

@@ -112,7 +112,7 @@ pub(crate) fn robot(body: &Value) -> v1::Robot {
     }
 }
 
-fn pose(body: &Value) -> v1::Pose {
+pub(crate) fn pose(body: &Value) -> v1::Pose {
     v1::Pose {
         x_m: real(&body["x_m"]),
         y_m: real(&body["y_m"]),
@@ -157,6 +157,8 @@ pub(crate) fn session(body: &Value) -> v1::Session {
         warnings: rows(&body["warnings"], text),
         lost: truth(&body["lost"]),
         complete_in_version: unsigned(&body["complete_in_version"]),
+        frame_session: present(body, "frame_session").map(text).unwrap_or_default(),
+        frame_from_session: Some(pose(&body["frame_from_session"])),
     }
 }
 
@@ -221,5 +223,6 @@ pub(crate) fn grid(body: &Value) -> v1::Grid {
         width: small(&body["width"]),
         height: small(&body["height"]),
         cells: rows(&body["cells"], |cell| u8::try_from(small(cell)).expect("a byte")),
+        frame_session: present(body, "frame_session").map(text).unwrap_or_default(),
     }
 }

@@ -13,6 +13,7 @@ use v1::ingest_batch_request::Kind as Upload;
 use v1::job_service_client::JobServiceClient;
 use v1::landmark_service_client::LandmarkServiceClient;
 use v1::map_service_client::MapServiceClient;
+use v1::merge_service_client::MergeServiceClient;
 use v1::plan_service_client::PlanServiceClient;
 use v1::robot_choice::Kind as Robot;
 use v1::robot_service_client::RobotServiceClient;
@@ -23,8 +24,9 @@ use crate::door::{Answer, Door, Page, Refused, Rows};
 /// The largest answer taken: a grid.
 const ANSWER_BYTES_MAX: usize = 64 << 20;
 
-/// Why closures are switched.
+/// Why something is decided, and by whom.
 const REASON: &str = "there is a glass wall";
+const AUTHOR: &str = "anna";
 
 /// The service's gRPC side.
 #[derive(Clone, Debug)]
@@ -37,6 +39,7 @@ pub(crate) struct GrpcDoor {
     pub(crate) jobs: JobServiceClient<Channel>,
     landmarks: LandmarkServiceClient<Channel>,
     closures: ClosureServiceClient<Channel>,
+    merges: MergeServiceClient<Channel>,
     pub(crate) plans: PlanServiceClient<Channel>,
     pub(crate) costs: CostServiceClient<Channel>,
 }
@@ -55,6 +58,7 @@ impl GrpcDoor {
             jobs: JobServiceClient::new(channel.clone()),
             landmarks: LandmarkServiceClient::new(channel.clone()),
             closures: ClosureServiceClient::new(channel.clone()),
+            merges: MergeServiceClient::new(channel.clone()),
             plans: PlanServiceClient::new(channel.clone()),
             costs: CostServiceClient::new(channel),
         }
@@ -324,6 +328,49 @@ impl Door for GrpcDoor {
             closures.switch_closure_on(request).await?.into_inner().closure
         };
         Ok(filled(now))
+    }
+
+    async fn session_grid(&self, session: &str, version: u64) -> Answer<v1::Grid> {
+        let session = session.to_owned();
+        let request = v1::GetSessionGridRequest { session, version, bounding_box: None };
+        Ok(filled(self.grids.clone().get_session_grid(request).await?.into_inner().grid))
+    }
+
+    async fn merges(&self, request: v1::ListMergesRequest) -> Answer<Rows<v1::Merge>> {
+        let reply = self.merges.clone().list_merges(request).await?.into_inner();
+        Ok((reply.merges, reply.next_page_token))
+    }
+
+    async fn merge(&self, merge: &str) -> Answer<v1::Merge> {
+        let request = v1::GetMergeRequest { merge: merge.to_owned() };
+        Ok(filled(self.merges.clone().get_merge(request).await?.into_inner().merge))
+    }
+
+    async fn preview(&self, merge: &str, alignment: &str) -> Answer<Vec<u8>> {
+        let (merge, alignment) = (merge.to_owned(), alignment.to_owned());
+        let request = v1::GetMergePreviewRequest { merge, alignment };
+        Ok(self.merges.clone().get_merge_preview(request).await?.into_inner().png)
+    }
+
+    async fn accept(&self, merge: &str, alignment: &str) -> Answer<(v1::Merge, String)> {
+        let [merge, alignment, reason, author] =
+            [merge, alignment, REASON, AUTHOR].map(str::to_owned);
+        let request = v1::AcceptMergeRequest { merge, alignment, reason, author };
+        let reply = self.merges.clone().accept_merge(request).await?.into_inner();
+        Ok((filled(reply.merge), reply.job))
+    }
+
+    async fn reject(&self, merge: &str) -> Answer<v1::Merge> {
+        let [merge, reason, author] = [merge, REASON, AUTHOR].map(str::to_owned);
+        let request = v1::RejectMergeRequest { merge, reason, author };
+        Ok(filled(self.merges.clone().reject_merge(request).await?.into_inner().merge))
+    }
+
+    async fn undo(&self, merge: &str) -> Answer<(v1::Merge, String)> {
+        let [merge, reason, author] = [merge, REASON, AUTHOR].map(str::to_owned);
+        let request = v1::UndoMergeRequest { merge, reason, author };
+        let reply = self.merges.clone().undo_merge(request).await?.into_inner();
+        Ok((filled(reply.merge), reply.job))
     }
 
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {

@@ -7,6 +7,7 @@ use v1::job_log_line::Figures;
 
 use crate::closure_json;
 use crate::from_json::{point, present, real, rows, signed, small, text, truth, unsigned};
+use crate::merge_json;
 
 /// The body that asks for a job.
 pub(crate) fn new_job(request: &v1::CreateJobRequest) -> Value {
@@ -14,11 +15,14 @@ pub(crate) fn new_job(request: &v1::CreateJobRequest) -> Value {
     let kind = match v1::JobKind::try_from(*kind) {
         Ok(v1::JobKind::Rebuild) => "REBUILD",
         Ok(v1::JobKind::Relax) => "RELAX",
+        Ok(v1::JobKind::Merge) => "MERGE",
         Ok(v1::JobKind::Unspecified) | Err(_) => "UNSPECIFIED",
     };
     let mut body = json!({"map": map, "kind": kind, "priority": priority});
-    if let Some(Params::Relax(params)) = params {
-        body["relax"] = relax_params(params);
+    match params {
+        Some(Params::Relax(params)) => body["relax"] = relax_params(params),
+        Some(Params::Merge(params)) => body["merge"] = merge_json::params(params),
+        None => {}
     }
     body
 }
@@ -49,6 +53,7 @@ pub(crate) fn job(body: &Value) -> v1::Job {
     let kind = match text(&body["kind"]).as_str() {
         "REBUILD" => v1::JobKind::Rebuild,
         "RELAX" => v1::JobKind::Relax,
+        "MERGE" => v1::JobKind::Merge,
         other => panic!("`{other}` is no kind of job"),
     };
     let line = |line: &Value| v1::JobLogLine {
@@ -74,11 +79,15 @@ pub(crate) fn job(body: &Value) -> v1::Job {
         estimated_end_time_ns: present(body, "estimated_end_time_ns").map(signed),
         cancel_requested: truth(&body["cancel_requested"]),
         priority: i32::try_from(signed(&body["priority"])).expect("a small number"),
-        params: present(body, "relax").map(|params| v1::job::Params::Relax(asked(params))),
-        result: present(body, "relax_result").map(|result| {
-            let sessions = rows(&result["sessions"], relaxed_session);
-            v1::job::Result::RelaxResult(v1::RelaxResult { sessions })
-        }),
+        params: present(body, "relax").map(|params| v1::job::Params::Relax(asked(params))).or_else(
+            || present(body, "merge").map(|it| v1::job::Params::Merge(merge_json::asked(it))),
+        ),
+        result: present(body, "relax_result")
+            .map(|result| {
+                let sessions = rows(&result["sessions"], relaxed_session);
+                v1::job::Result::RelaxResult(v1::RelaxResult { sessions })
+            })
+            .or_else(|| present(body, "merge_result").map(merge_json::result)),
     }
 }
 

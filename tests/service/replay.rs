@@ -272,8 +272,8 @@ fn refusals_of_commands() {
     assert_eq!(away.status.code(), Some(1), "{}", told(&away));
 }
 
-/// The demo: from nothing to a map, nearer to the truth than the wheels alone, and a site that is
-/// kept.
+/// The demo: from nothing to a map, nearer to the truth than the wheels alone, a robot that has to be
+/// found, and a site that is kept.
 #[tokio::test(flavor = "multi_thread")]
 async fn the_demo() {
     let folder = empty_folder();
@@ -283,7 +283,7 @@ async fn the_demo() {
     let output = meetpoint(&demo).output().expect("the binary under test starts");
     assert!(output.status.success(), "{}", told(&output));
     let text = told(&output);
-    for words in ["wheels alone", "on the map", "robot-2", "office.png", "/docs"] {
+    for words in ["wheels alone", "on the map", "robot-2", "robot-3", "office.png", "/docs"] {
         assert!(text.contains(words), "no `{words}` in {text}");
     }
     assert!(
@@ -292,6 +292,7 @@ async fn the_demo() {
     );
     let service = Launch::at(&site).start();
     let (sessions, _) = service.grpc().sessions("office", FIRST_PAGE).await.expect("a page");
-    assert_eq!(sessions.len(), 2, "two robots");
+    assert_eq!(sessions.len(), 3, "two robots, and one that was found");
+    assert!(sessions.iter().all(|session| session.map_from_session.is_some()), "{sessions:?}");
     assert!(sessions.iter().all(|session| 0 < session.complete_in_version), "{sessions:?}");
 }

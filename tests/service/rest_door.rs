@@ -12,6 +12,7 @@ use crate::from_json;
 use crate::graph_json;
 use crate::http::{Http, Reply};
 use crate::job_json;
+use crate::merge_json;
 use crate::plan_json;
 use crate::to_json;
 
@@ -50,6 +51,14 @@ fn answer(reply: &Reply, statuses: &[u16]) -> Answer<Value> {
         facts: facts.map(|(name, value)| (name.clone(), text(value))).collect(),
         retry_after: reply.header("retry-after").parse().ok().map(Duration::from_secs),
     })
+}
+
+/// A body that is no JSON, if the answer is one.
+fn answered_bytes(reply: Reply) -> Answer<Vec<u8>> {
+    if reply.status == 200 {
+        return Ok(reply.body);
+    }
+    answer(&reply, &[200]).map(|body| panic!("{body} is no picture"))
 }
 
 /// `?page_size=..&page_token=..`
@@ -339,6 +348,47 @@ impl Door for RestDoor {
         Ok(closure_json::closure(&self.post(&path, &json!({"reason": "glass"}), &[200])?))
     }
 
+    async fn session_grid(&self, session: &str, version: u64) -> Answer<v1::Grid> {
+        let version = version_name(version);
+        let path = format!("/v1/sessions/{session}/grid?format=json&version={version}");
+        Ok(from_json::grid(&self.get(&path)?))
+    }
+
+    async fn merges(&self, request: v1::ListMergesRequest) -> Answer<Rows<v1::Merge>> {
+        let v1::ListMergesRequest { map, session, state, page_size, page_token } = request;
+        let state = v1::MergeState::try_from(state).expect("one of its values");
+        let (state, page) = (merge_json::state_name(state), paged(Page(page_size, &page_token)));
+        let body = self.get(&format!("/v1/merges?map={map}&session={session}{state}&{page}"))?;
+        Ok(rows(&body, "merges", merge_json::merge))
+    }
+
+    async fn merge(&self, merge: &str) -> Answer<v1::Merge> {
+        Ok(merge_json::merge(&self.get(&format!("/v1/merges/{merge}"))?))
+    }
+
+    async fn preview(&self, merge: &str, alignment: &str) -> Answer<Vec<u8>> {
+        let reply = self.0.get(&format!("/v1/merges/{merge}/preview?alignment={alignment}"));
+        answered_bytes(reply)
+    }
+
+    async fn accept(&self, merge: &str, alignment: &str) -> Answer<(v1::Merge, String)> {
+        let body = json!({"alignment": alignment, "reason": "looked at", "author": "anna"});
+        let path = format!("/v1/merges/{merge}/accept");
+        Ok(merge_json::decided(&self.post(&path, &body, &[200])?))
+    }
+
+    async fn reject(&self, merge: &str) -> Answer<v1::Merge> {
+        let body = json!({"reason": "looked at", "author": "anna"});
+        let path = format!("/v1/merges/{merge}/reject");
+        Ok(merge_json::decided(&self.post(&path, &body, &[200])?).0)
+    }
+
+    async fn undo(&self, merge: &str) -> Answer<(v1::Merge, String)> {
+        let body = json!({"reason": "looked at", "author": "anna"});
+        let path = format!("/v1/merges/{merge}/undo");
+        Ok(merge_json::decided(&self.post(&path, &body, &[200])?))
+    }
+
     async fn picture(&self, job: &str, picture: v1::JobPicture) -> Answer<Vec<u8>> {
         let name = match picture {
             v1::JobPicture::Before => "before",
@@ -348,11 +398,7 @@ impl Door for RestDoor {
             v1::JobPicture::Posterior => "posterior",
             v1::JobPicture::Unspecified => "unspecified",
         };
-        let reply = self.0.get(&format!("/v1/jobs/{job}/pictures/{name}?step=1"));
-        if reply.status == 200 {
-            return Ok(reply.body);
-        }
-        answer(&reply, &[200]).map(|body| panic!("{body} is no picture"))
+        answered_bytes(self.0.get(&format!("/v1/jobs/{job}/pictures/{name}?step=1")))
     }
 
     async fn start_job(&self, request: v1::CreateJobRequest) -> Answer<v1::Job> {

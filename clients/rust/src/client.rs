@@ -2,6 +2,7 @@
 
 mod closures;
 mod jobs;
+mod merges;
 mod plans;
 
 use std::time::Duration;

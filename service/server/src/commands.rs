@@ -5,6 +5,8 @@ pub mod closures;
 pub mod graph;
 pub mod import;
 pub mod map;
+pub mod merge;
+pub mod merges;
 pub mod plan;
 pub mod rebuild;
 pub mod relax;
@@ -16,5 +18,6 @@ mod canvas;
 mod graph_picture;
 mod likelihood_curve;
 mod plan_picture;
+mod watched_job;
 
 pub use asked::ServerArgs;

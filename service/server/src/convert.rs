@@ -12,6 +12,8 @@ pub(crate) mod import;
 pub(crate) mod job;
 pub(crate) mod landmark;
 pub(crate) mod map;
+pub(crate) mod merge;
+pub(crate) mod merge_decision;
 pub(crate) mod observation;
 pub(crate) mod outline;
 pub(crate) mod plan;

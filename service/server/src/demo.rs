@@ -3,6 +3,7 @@
 mod accuracy;
 mod delivery;
 mod drives;
+mod newcomer;
 
 use std::convert::Infallible;
 use std::net::{IpAddr, TcpListener};
@@ -47,7 +48,8 @@ pub struct DemoArgs {
     port: Option<u16>,
 }
 
-/// Starts the service, drives two robots through an office, and shows what came of it.
+/// Starts the service, drives two robots through an office and a third one that has to be found there, and
+/// shows what came of it.
 ///
 /// # Errors
 /// If the service cannot start or something on the way failed; the message says what.
@@ -57,6 +59,9 @@ pub async fn run(args: DemoArgs) -> anyhow::Result<()> {
     chosen.server.data.clone_from(&data);
     let (host, port) = (chosen.server.host, chosen.server.port);
     chosen.server.port = args.port.unwrap_or_else(|| port_or_free(host, port));
+    // The demo asks by itself, and once, so that the same number gives the same map.
+    chosen.merging.looks_again = false;
+    chosen.merging.relaxes_after = false;
     let running = serve::start(chosen).await?;
     let url = format!("http://{}", running.address);
     println!("Meetpoint listens on {url}, REST and gRPC, with its data in {}.\n", data.display());
@@ -78,19 +83,22 @@ async fn stop(running: Running, data: &Path, shown: anyhow::Result<()>) -> anyho
 
 /// All that happens between the start and the end of the service.
 async fn show(url: &str, data: &Path, seed: u64) -> anyhow::Result<()> {
-    let drives = tokio::task::spawn_blocking(move || drives::simulate(seed))
-        .await
-        .context("the simulation failed")?;
+    let simulate = move || (drives::simulate(seed), drives::simulate_newcomer(seed));
+    let simulated = tokio::task::spawn_blocking(simulate);
+    let (mut drives, newcomer) = simulated.await.context("the simulation failed")?;
+    let newcomer = newcomer.context("the office lacks the newcomer's places")?;
     tell_drives(&drives);
 
     let client = Client::connect(url)?;
     client.create_map(MAP, 0.0).await.context("cannot make the map")?;
     let began = Instant::now();
-    let sessions = tokio::select! {
+    let mut sessions = tokio::select! {
         sessions = delivery::deliver_all(&client, MAP, &drives) => sessions?,
         never = tell_versions(&client) => match never {},
     };
     tell_speed(&drives, began.elapsed());
+    sessions.push(newcomer::merged(&client, &newcomer).await?);
+    drives.push(newcomer);
 
     let grid = client.grid(MAP, 0).await.context("cannot get the grid")?;
     let version = grid.map_version;

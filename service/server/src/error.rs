@@ -1,7 +1,8 @@
 //! What can go wrong, in the domain's words, and the one table of status codes.
 
+mod conversions;
+
 use axum::http::StatusCode;
-use meetpoint_storage as storage;
 use std::time::Duration;
 
 /// Why an operation was refused or failed.
@@ -55,6 +56,39 @@ pub enum Error {
     /// The session has no place in the map.
     #[error("session `{0}` has no place in the map yet: its start was unknown")]
     SessionNotPlaced(String),
+    /// The session is drawn into the map, and has no grid of its own.
+    #[error("session `{0}` lies in the map: it is drawn there, and has no grid of its own")]
+    SessionPlaced(String),
+    /// Nothing of the map could lie on anything.
+    #[error(
+        "map `{0}` has no session of unknown start that has drawn anything in a frame of its own"
+    )]
+    NothingToMerge(String),
+    /// No session of that merge was looked at.
+    #[error("no merge `{0}`")]
+    NoSuchMerge(String),
+    /// The merge has no such alignment, or not any more.
+    #[error("merge `{merge}` has no alignment `{alignment}`: it may have been looked at again")]
+    NoSuchAlignment {
+        /// The merge.
+        merge: String,
+        /// The alignment asked for; empty for the first.
+        alignment: String,
+    },
+    /// The session lies where an alignment says.
+    #[error("merge `{0}` is accepted: undo it first")]
+    MergeAccepted(String),
+    /// Nobody has accepted the merge.
+    #[error("merge `{0}` was never accepted")]
+    MergeNotAccepted(String),
+    /// Two sessions would lie in one another.
+    #[error("session `{onto}` lies in session `{session}` already: undo that merge first")]
+    MergeCycle {
+        /// The session that was to be placed.
+        session: String,
+        /// The session that it was to lie in.
+        onto: String,
+    },
     /// No session of the map has scans or sightings that a relaxation could use.
     #[error(
         "no session of map `{0}` with a place in it has two scans or saw landmarks twice; those that \
@@ -299,6 +333,13 @@ impl Error {
             Self::NothingPublished(_) => (Code::NotFound, "NOTHING_PUBLISHED"),
             Self::NothingObserved => (Code::NotFound, "NOTHING_OBSERVED"),
             Self::SessionNotPlaced(_) => (Code::WrongState, "SESSION_NOT_PLACED"),
+            Self::SessionPlaced(_) => (Code::WrongState, "SESSION_PLACED"),
+            Self::NothingToMerge(_) => (Code::WrongState, "NOTHING_TO_MERGE"),
+            Self::NoSuchMerge(_) => (Code::NotFound, "MERGE_NOT_FOUND"),
+            Self::NoSuchAlignment { .. } => (Code::NotFound, "ALIGNMENT_NOT_FOUND"),
+            Self::MergeAccepted(_) => (Code::WrongState, "MERGE_ACCEPTED"),
+            Self::MergeNotAccepted(_) => (Code::WrongState, "MERGE_NOT_ACCEPTED"),
+            Self::MergeCycle { .. } => (Code::WrongState, "MERGE_CYCLE"),
             Self::NothingToRelax(_) => (Code::WrongState, "NOTHING_TO_RELAX"),
             Self::CannotRelax { .. } => (Code::WrongState, "CANNOT_RELAX"),
             Self::NoSuchClosure { .. } => (Code::NotFound, "CLOSURE_NOT_FOUND"),
@@ -386,43 +427,4 @@ fn chain(error: &dyn std::error::Error) -> String {
         source = cause.source();
     }
     text
-}
-
-impl From<storage::Error> for Error {
-    fn from(error: storage::Error) -> Self {
-        use storage::Error as Stored;
-        match error {
-            Stored::SessionKeyTaken { .. } => Self::SessionKeyTaken,
-            Stored::SessionFenced { newest } => Self::SessionFenced { newest: Some(newest) },
-            Stored::SessionClosed(_) => Self::SessionClosed,
-            Stored::MapNotEmpty(map) => Self::MapNotEmpty(map.0),
-            Stored::OtherResolution { .. } => Self::field("yaml.resolution", error.to_string()),
-            Stored::EpochTooLarge { .. } => Self::field("epoch", error.to_string()),
-            Stored::Full => Self::StorageFull,
-            Stored::Busy => Self::StorageBusy,
-            Stored::Damaged(what) => {
-                tracing::error!(what, "the database is damaged");
-                Self::StorageDamaged
-            }
-            other => Self::internal(other),
-        }
-    }
-}
-
-impl From<Error> for tonic::Status {
-    fn from(error: Error) -> Self {
-        use tonic_types::{ErrorDetails, StatusExt};
-        error.log();
-        let mut details = ErrorDetails::new();
-        let metadata: std::collections::HashMap<String, String> =
-            error.metadata().into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-        details.set_error_info(error.reason(), "meetpoint", metadata);
-        if let Some(delay) = error.retry_after() {
-            details.set_retry_info(Some(delay));
-        }
-        if let Error::InvalidField { field, problem } = &error {
-            details.add_bad_request_violation(field, problem);
-        }
-        Self::with_error_details(status(error.code()).1, error.to_string(), details)
-    }
 }

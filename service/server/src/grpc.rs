@@ -9,6 +9,7 @@ mod ingest;
 mod jobs;
 mod landmarks;
 mod maps;
+mod merges;
 mod plans;
 mod robots;
 mod sessions;
@@ -25,6 +26,7 @@ use v1::grid_service_server::GridServiceServer;
 use v1::job_service_server::JobServiceServer;
 use v1::landmark_service_server::LandmarkServiceServer;
 use v1::map_service_server::MapServiceServer;
+use v1::merge_service_server::MergeServiceServer;
 use v1::plan_service_server::PlanServiceServer;
 use v1::robot_service_server::RobotServiceServer;
 use v1::session_service_server::SessionServiceServer;
@@ -60,6 +62,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<GraphServiceServer<Service>>().await;
     health.set_serving::<LandmarkServiceServer<Service>>().await;
     health.set_serving::<ClosureServiceServer<Service>>().await;
+    health.set_serving::<MergeServiceServer<Service>>().await;
     health.set_serving::<JobServiceServer<Service>>().await;
     health.set_serving::<PlanServiceServer<Service>>().await;
     health.set_serving::<CostServiceServer<Service>>().await;
@@ -78,6 +81,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(GraphServiceServer, service))
         .add_service(carried!(LandmarkServiceServer, service))
         .add_service(carried!(ClosureServiceServer, service))
+        .add_service(carried!(MergeServiceServer, service))
         .add_service(carried!(JobServiceServer, service))
         .add_service(carried!(PlanServiceServer, service))
         .add_service(carried!(CostServiceServer, service));

@@ -2,6 +2,7 @@
 //! by side.
 
 mod drawing;
+mod merge;
 mod rebuild;
 pub(crate) mod relax;
 mod running;
@@ -13,7 +14,7 @@ use meetpoint_proto::v1;
 use meetpoint_storage::{ClaimedJob, JobOutcome, MapId};
 use tokio::task::JoinSet;
 
-use crate::convert::job::{self, REBUILD, RELAX};
+use crate::convert::job::{self, MERGE, REBUILD, RELAX};
 use crate::live::Event;
 use crate::{clock, error::Error, service::Service};
 use running::{LEASE_NS, Running, Stopped};
@@ -105,6 +106,7 @@ async fn done(
     match claimed.job.kind.as_str() {
         REBUILD => rebuild::run(service, &claimed.job, running, &bench).await,
         RELAX => relax::run(service, &claimed.job, running, &bench).await,
+        MERGE => merge::run(service, &claimed.job, running, &bench).await,
         other => Err(Error::internal(format!("no job is called `{other}`")).into()),
     }
 }

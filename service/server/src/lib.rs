@@ -12,6 +12,7 @@ mod jobs;
 mod listener;
 mod live;
 mod mapping;
+mod merging;
 mod operations;
 mod planning;
 pub mod replay;

@@ -35,6 +35,10 @@ enum Command {
     Rebuild(commands::rebuild::RebuildArgs),
     /// Find out where robots had been and where landmarks are, whatever the odometry did
     Relax(commands::relax::RelaxArgs),
+    /// Find out where sessions of unknown start lie in the map, or in one another
+    Merge(commands::merge::MergeArgs),
+    /// Show where sessions of unknown start lie, accept or reject that, or undo it
+    Merges(commands::merges::MergesArgs),
     /// Show what relax jobs took for the same place, or switch one off or on
     Closures(commands::closures::ClosuresArgs),
 }
@@ -70,6 +74,8 @@ async fn main() -> ExitCode {
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,
         Command::Relax(args) => commands::relax::run(args).await,
+        Command::Merge(args) => commands::merge::run(args).await,
+        Command::Merges(args) => commands::merges::run(args).await,
         Command::Closures(args) => commands::closures::run(args).await,
     };
     match done {

@@ -3,13 +3,16 @@
 mod actor;
 mod actors;
 mod checkpoint;
+mod decisions;
 mod map_state;
+mod placements;
 mod relaxations;
 mod snapshot;
 mod topology;
 mod versions;
 
 pub(crate) use actors::{Actors, Replacement};
+pub(crate) use decisions::Decisions;
 pub(crate) use map_state::MapState;
-pub(crate) use relaxations::Relaxations;
+pub(crate) use placements::Placements;
 pub(crate) use topology::free_space;

@@ -9,6 +9,7 @@ mod job_pictures;
 pub(crate) mod jobs;
 mod landmarks;
 pub(crate) mod maps;
+mod merges;
 pub(crate) mod page;
 mod plan_tables;
 pub(crate) mod plans;

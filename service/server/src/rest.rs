@@ -19,6 +19,9 @@ mod job_pictures;
 mod jobs;
 mod landmarks;
 mod maps;
+mod merge_job;
+mod merge_parts;
+mod merges;
 mod observations;
 mod openapi;
 mod page;
@@ -35,6 +38,7 @@ mod request;
 mod robots;
 mod scan_relaxation;
 mod sensors;
+mod session_grids;
 mod session_routes;
 mod sessions;
 mod sse;
@@ -127,6 +131,12 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(closures::list_closures))
         .routes(routes!(closures::switch_closure_off))
         .routes(routes!(closures::switch_closure_on))
+        .routes(routes!(merges::list_merges))
+        .routes(routes!(merges::get_merge))
+        .routes(routes!(merges::get_merge_preview).layer(drawing.clone()))
+        .routes(routes!(merges::accept_merge))
+        .routes(routes!(merges::reject_merge))
+        .routes(routes!(merges::undo_merge))
         .routes(routes!(plans::plan_path))
         .routes(routes!(plans::plan_matrix))
         .routes(routes!(plans::next_motion))
@@ -147,6 +157,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(session_routes::close_session))
         .routes(routes!(batches::ingest_batch))
         .routes(routes!(trajectories::get_trajectory))
+        .routes(routes!(session_grids::get_session_grid).layer(drawing.clone()))
         .routes(routes!(jobs::list_jobs, jobs::create_job))
         .routes(routes!(jobs::get_job))
         .routes(routes!(jobs::cancel_job))

@@ -22,6 +22,7 @@ use crate::ingest::{JournalWriter, KnownSessions};
 use crate::jobs;
 use crate::live::Live;
 use crate::mapping::Actors;
+use crate::merging;
 use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
 use crate::operations::imports;
@@ -90,6 +91,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     service.actors.start_unfinished().await.context("cannot read the maps")?;
     let working = tokio::spawn(jobs::work(service.clone()));
     tokio::spawn(planning::keep_ready(service.clone()));
+    tokio::spawn(merging::keep_asking(service.clone()));
     let activity = service.activity.clone();
     let router = joined(rest::router(&service), grpc::router(&service).await?, activity);
     let (server, stop) = (service.settings.server.clone(), service.stop.clone());

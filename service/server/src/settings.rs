@@ -1,8 +1,12 @@
 //! Settings: `settings.toml` compiled in, then a file, the environment and flags; later wins.
 
+mod merging;
+
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
+
+pub use merging::MergingSettings;
 
 /// The defaults, each with its unit and reason.
 pub const DEFAULTS: &str = include_str!("../settings.toml");
@@ -21,6 +25,7 @@ pub struct Settings {
     pub mapping: MappingSettings,
     pub planning: PlanningSettings,
     pub jobs: JobSettings,
+    pub merging: MergingSettings,
 }
 
 /// Where and how to listen.
@@ -230,7 +235,7 @@ fn set_from_environment(
 }
 
 fn check(settings: &Settings) -> Result<(), InvalidSettings> {
-    let Settings { server, limits, journal, mapping, planning, jobs } = settings;
+    let Settings { server, limits, journal, mapping, planning, jobs, merging } = settings;
     let least = [
         ("server.n_connections_max", server.n_connections_max as u64, 1),
         ("limits.batch_bytes_max", u64::from(limits.batch_bytes_max), 1024),
@@ -255,9 +260,15 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("planning.matrix_pairs_max", planning.matrix_pairs_max, 1),
         ("jobs.n_at_once", jobs.n_at_once as u64, 1),
         ("jobs.scans_bytes_max", jobs.scans_bytes_max as u64, 1),
+        ("merging.n_scans_again", merging.n_scans_again, 1),
     ];
-    let (key, value) = ("jobs.cpu_share", jobs.cpu_share);
-    if !(0.0 < value && value <= 1.0) {
+    let shares = [
+        ("jobs.cpu_share", jobs.cpu_share),
+        ("merging.agreement_min", merging.agreement_min),
+        ("merging.contradiction_max", merging.contradiction_max),
+    ];
+    let is_share = |value: f64| 0.0 < value && value <= 1.0;
+    if let Some((key, value)) = shares.into_iter().find(|&(_, value)| !is_share(value)) {
         return Err(InvalidSettings::NoShare { key, value });
     }
     match least.into_iter().find(|&(_, value, least)| value < least) {

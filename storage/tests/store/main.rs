@@ -11,6 +11,7 @@ mod jobs;
 mod journal;
 mod leases;
 mod maps;
+mod merges;
 mod migrations;
 mod relaxations;
 mod replies;

@@ -27,8 +27,11 @@ pub struct MapArgs {
     #[command(subcommand)]
     command: Option<MapCommand>,
     /// The map
-    #[arg(required = true)]
+    #[arg(required_unless_present = "session")]
     map: Option<String>,
+    /// What this session of unknown start has drawn, instead: while it is not placed in the map
+    #[arg(long, value_name = "ID", conflicts_with = "map")]
+    session: Option<String>,
     /// The version; the published one where nothing is said
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     version: u64,
@@ -59,17 +62,22 @@ enum Format {
 /// # Errors
 /// If there is none, or it cannot be read or written.
 pub async fn run(args: MapArgs) -> anyhow::Result<()> {
-    let MapArgs { command, map, .. } = &args;
-    match (command, map) {
-        (Some(MapCommand::Import(args)), _) => import::run(args).await,
-        (None, Some(map)) => draw(&args, map).await,
-        (None, None) => anyhow::bail!("which map?"),
-    }
+    let MapArgs { command, map, session, version, .. } = &args;
+    let grid = match (command, map, session) {
+        (Some(MapCommand::Import(args)), ..) => return import::run(args).await,
+        (None, Some(map), _) => args.server.client()?.grid(map, *version).await?,
+        (None, None, Some(session)) => {
+            args.server.client()?.session_grid(session, *version).await?
+        }
+        (None, None, None) => anyhow::bail!("which map?"),
+    };
+    draw(&args, grid)
 }
 
-async fn draw(args: &MapArgs, asked: &str) -> anyhow::Result<()> {
-    let grid = args.server.client()?.grid(asked, args.version).await?;
-    let (map, version) = (grid.map.clone(), grid.map_version);
+fn draw(args: &MapArgs, grid: v1::Grid) -> anyhow::Result<()> {
+    let version = grid.map_version;
+    let of_session = (!grid.frame_session.is_empty()).then(|| grid.frame_session.clone());
+    let map = of_session.unwrap_or_else(|| grid.map.clone());
     let raster = raster(grid)?;
     let files = match args.format {
         Format::Terminal => {

@@ -1,21 +1,15 @@
 //! `meetpoint relax`: starts the job, shows its progress and the likelihood as it climbs, waits.
 
 use std::collections::BTreeMap;
-use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressStyle};
-use meetpoint_client::Client;
 use meetpoint_proto::v1;
 use v1::create_job_request::Params;
 use v1::job_log_line::Figures;
 
 use super::asked::ServerArgs;
 use super::likelihood_curve::curve;
+use super::watched_job::{ended, has_succeeded, tell_started};
 
-/// How often the job is asked for.
-const POLL: Duration = Duration::from_millis(300);
-/// Steps of the progress bar.
-const N_STEPS: f64 = 1000.0;
 /// Characters that a likelihood curve is wide at most.
 const N_COLUMNS: usize = 60;
 
@@ -68,43 +62,18 @@ pub async fn run(args: RelaxArgs) -> anyhow::Result<()> {
     };
     let job = client.create_job(request).await?;
     if args.detach {
-        if args.server.json {
-            println!("{}", serde_json::json!({ "job": job.id }));
-        } else {
-            println!("job {}", job.id);
-        }
+        tell_started(&job, args.server.json);
         return Ok(());
     }
-    let job = ended(&client, job, args.server.json).await?;
+    let job = ended(&client, job, "relax", args.server.json).await?;
     let likelihoods = likelihoods(&job.log);
-    if let Some(v1::JobError { code, message }) = &job.error {
-        anyhow::bail!("the job failed: {message} ({code})");
-    }
-    anyhow::ensure!(job.state == i32::from(v1::JobState::Succeeded), "the job was cancelled");
+    has_succeeded(&job)?;
     if args.server.json {
         println!("{}", json(&job, &likelihoods));
     } else {
         print(&job, &likelihoods);
     }
     Ok(())
-}
-
-/// The job once it has ended, with a bar meanwhile.
-async fn ended(client: &Client, mut job: v1::Job, is_quiet: bool) -> anyhow::Result<v1::Job> {
-    let bar = if is_quiet { ProgressBar::hidden() } else { ProgressBar::new(1000) };
-    let template = "relax {bar:40} {percent} % {elapsed} {msg}";
-    bar.set_style(ProgressStyle::with_template(template)?);
-    while !job.done {
-        tokio::time::sleep(POLL).await;
-        job = client.job(&job.id).await?;
-        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 1000")]
-        bar.set_position((job.progress * N_STEPS) as u64);
-        if let Some(line) = job.log.last() {
-            bar.set_message(line.text.clone());
-        }
-    }
-    bar.finish_and_clear();
-    Ok(job)
 }
 
 /// The likelihood after each iteration, by session and stage in the order of their names.
@@ -177,7 +146,7 @@ fn print_scans(session: &str, scans: &v1::ScanRelaxation, moved_m: f64) {
 fn sessions(job: &v1::Job) -> &[v1::RelaxedSession] {
     match &job.result {
         Some(v1::job::Result::RelaxResult(result)) => &result.sessions,
-        None => &[],
+        _ => &[],
     }
 }
 

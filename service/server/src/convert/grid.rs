@@ -3,6 +3,7 @@
 use meetpoint_geometry::{Cell, GridFrame, GridInfo, Point2};
 use meetpoint_occupancy::Raster;
 use meetpoint_proto::v1;
+use meetpoint_storage::SessionId;
 
 use crate::error::Error;
 
@@ -33,22 +34,29 @@ pub(crate) fn cells_in(frame: GridFrame, wire: v1::BoundingBox) -> Result<GridIn
     })
 }
 
+/// What a grid is of.
+#[derive(Clone, Debug)]
+pub(crate) struct Drawn {
+    pub(crate) map: String,
+    pub(crate) version: u64,
+    pub(crate) cost_revision: u64,
+    /// The session in whose frame it is; `None` for the map's.
+    pub(crate) frame: Option<SessionId>,
+}
+
 /// A grid for the wire.
-pub(crate) fn to_wire(
-    raster: &Raster,
-    map: String,
-    map_version: u64,
-    cost_revision: u64,
-) -> v1::Grid {
+pub(crate) fn to_wire(raster: &Raster, drawn: Drawn) -> v1::Grid {
+    let Drawn { map, version, cost_revision, frame } = drawn;
     let origin = raster.info.origin();
     v1::Grid {
         map,
-        map_version,
+        map_version: version,
         cost_revision,
         resolution_m: raster.info.frame.resolution_m(),
         origin: Some(v1::Point { x_m: origin.x, y_m: origin.y }),
         width: raster.info.width,
         height: raster.info.height,
         cells: raster.percent(),
+        frame_session: frame.map(|frame| frame.0.to_string()).unwrap_or_default(),
     }
 }

@@ -10,9 +10,12 @@ use crate::error::Error;
 /// The kinds of jobs, as records name them.
 pub(crate) const REBUILD: &str = "rebuild";
 pub(crate) const RELAX: &str = "relax";
+pub(crate) const MERGE: &str = "merge";
 
 /// Priorities lie within this of 0, so that there is always room above and below.
 const PRIORITY_MAX: i32 = 100;
+/// What people ask for, unless they say otherwise.
+pub(crate) const PRIORITY_USUAL: i32 = 0;
 
 /// Lines of a job's log in a reply.
 const N_LOG_LINES_MAX: usize = 1000;
@@ -23,6 +26,8 @@ pub(crate) enum Asked {
     Rebuild,
     /// Sessions are relaxed.
     Relax(v1::RelaxParams),
+    /// Sessions of unknown start are looked for.
+    Merge(v1::MergeParams),
 }
 
 impl Asked {
@@ -31,6 +36,7 @@ impl Asked {
         match self {
             Self::Rebuild => REBUILD,
             Self::Relax(_) => RELAX,
+            Self::Merge(_) => MERGE,
         }
     }
 
@@ -39,6 +45,7 @@ impl Asked {
         match self {
             Self::Rebuild => Vec::new(),
             Self::Relax(params) => params.encode_to_vec(),
+            Self::Merge(params) => params.encode_to_vec(),
         }
     }
 }
@@ -51,15 +58,19 @@ pub(crate) fn asked(
     use v1::create_job_request::Params;
     match (v1::JobKind::try_from(kind), params) {
         (Ok(v1::JobKind::Rebuild), None) => Ok(Asked::Rebuild),
-        (Ok(v1::JobKind::Rebuild), Some(Params::Relax(_))) => {
-            Err(Error::field("relax", "parameters of another kind of job"))
-        }
-        (Ok(v1::JobKind::Relax), params) => {
-            Ok(Asked::Relax(params.map(|Params::Relax(params)| params).unwrap_or_default()))
-        }
+        (Ok(v1::JobKind::Relax), Some(Params::Relax(params))) => Ok(Asked::Relax(params)),
+        (Ok(v1::JobKind::Relax), None) => Ok(Asked::Relax(v1::RelaxParams::default())),
+        (Ok(v1::JobKind::Merge), Some(Params::Merge(params))) => Ok(Asked::Merge(params)),
+        (Ok(v1::JobKind::Merge), None) => Ok(Asked::Merge(v1::MergeParams::default())),
         (Ok(v1::JobKind::Unspecified), _) => Err(Error::field("kind", "missing")),
+        (Ok(_), Some(Params::Relax(_))) => Err(of_another_kind("relax")),
+        (Ok(_), Some(Params::Merge(_))) => Err(of_another_kind("merge")),
         (Err(_), _) => Err(Error::field("kind", format!("{kind} is none of its values"))),
     }
+}
+
+fn of_another_kind(field: &str) -> Error {
+    Error::field(field, "parameters of another kind of job")
 }
 
 /// A priority as it is taken.
@@ -75,6 +86,11 @@ pub(crate) fn priority(wire: i32) -> Result<i32, Error> {
 /// How a relax job is to be done, out of its record.
 pub(crate) fn relax_params(params: &[u8]) -> Result<v1::RelaxParams, Error> {
     v1::RelaxParams::decode(params).map_err(Error::internal)
+}
+
+/// How a merge job is to be done, out of its record.
+pub(crate) fn merge_params(params: &[u8]) -> Result<v1::MergeParams, Error> {
+    v1::MergeParams::decode(params).map_err(Error::internal)
 }
 
 /// A job's id.
@@ -106,6 +122,7 @@ pub(crate) fn to_wire(record: JobRecord) -> v1::Job {
     let (kind, params) = match kind.as_str() {
         REBUILD => (v1::JobKind::Rebuild, None),
         RELAX => (v1::JobKind::Relax, relax_params(&params).ok().map(v1::job::Params::Relax)),
+        MERGE => (v1::JobKind::Merge, merge_params(&params).ok().map(v1::job::Params::Merge)),
         _ => (v1::JobKind::Unspecified, None),
     };
     let (state, done) = match state {

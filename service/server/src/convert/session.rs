@@ -104,6 +104,8 @@ pub(crate) fn to_wire(record: SessionRecord, present: Present) -> Result<v1::Ses
         state,
         declaration: _,
         map_from_session,
+        frame,
+        frame_from_session,
         acked_through,
         n_scans,
         n_rejected,
@@ -139,6 +141,8 @@ pub(crate) fn to_wire(record: SessionRecord, present: Present) -> Result<v1::Ses
         warnings,
         lost,
         complete_in_version,
+        frame_session: frame.map(|frame| frame.0.to_string()).unwrap_or_default(),
+        frame_from_session: Some(pose::to_wire(pose::from_record(frame_from_session))),
     })
 }
 
@@ -147,7 +151,8 @@ fn warnings(record: &SessionRecord, sensors: &[v1::Sensor], delivery: i32) -> Ve
     let mut warnings = Vec::new();
     if record.map_from_session.is_none() {
         warnings.push(
-            "the start is unknown: the session is mapped in a frame of its own and does not show in the map"
+            "the start is unknown: the session is mapped in a frame of its own and shows in the map once it \
+             is merged"
                 .to_owned(),
         );
     }

@@ -11,7 +11,7 @@ use super::drives::SimulatedDrive;
 /// The robots' name for their run.
 const KEY: &str = "demo";
 /// Between two looks at whether a session is mapped.
-const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 /// As robots deliver, but a demo gives up where a robot would go on trying.
 const PARAMS: DeliveryParams =
     DeliveryParams { give_up_after: Some(Duration::from_secs(30)), ..DeliveryParams::ROBOT };

@@ -14,6 +14,8 @@ use crate::convert;
 const LASER: &str = "laser";
 /// Ticks a batch: two seconds of driving, as a robot on a good link would send.
 const N_TICKS_A_BATCH: usize = 40;
+/// Places of the office that the newcomer goes by.
+const NEWCOMERS_WAY: &str = "UATCG";
 /// The clock of the robots when they start: 2026-01-01 00:00 UTC, in nanoseconds. Fixed, so that
 /// the same seed gives the same bits.
 const START_NS: i64 = 1_767_225_600_000_000_000;
@@ -25,6 +27,8 @@ pub(crate) struct SimulatedDrive {
     /// Where it starts. The map's origin is where the first robot starts, its axes are the
     /// building's.
     pub(super) map_from_start: Pose,
+    /// Whether it knows.
+    is_start_known: bool,
     /// Metres that it truly drives.
     pub(super) length_m: f64,
     /// Seconds that it takes.
@@ -40,13 +44,17 @@ pub(crate) struct SimulatedDrive {
 impl SimulatedDrive {
     /// Opens the session that the drive belongs to.
     pub(crate) fn open_request(&self, map: &str, client_key: &str) -> v1::OpenSessionRequest {
-        let known = convert::pose::to_wire(self.map_from_start);
+        let kind = if self.is_start_known {
+            v1::start::Kind::Known(convert::pose::to_wire(self.map_from_start))
+        } else {
+            v1::start::Kind::Unknown(v1::UnknownStart {})
+        };
         v1::OpenSessionRequest {
             map: map.to_owned(),
             robot: self.robot.clone(),
             client_key: client_key.to_owned(),
             epoch: 0,
-            start: Some(v1::Start { kind: Some(v1::start::Kind::Known(known)) }),
+            start: Some(v1::Start { kind: Some(kind) }),
             sensors: vec![self.sensor.clone()],
             delivery: v1::Delivery::Complete.into(),
         }
@@ -79,6 +87,25 @@ pub(crate) fn simulate(seed: u64) -> Vec<SimulatedDrive> {
     named.map(|(number, drive)| simulated(number, &robot, drive, map_from_building)).collect()
 }
 
+/// Drives one more robot, which does not know where it starts: in a room that the others have not seen, into
+/// the corridor and another such room, and back to where they have been.
+pub(super) fn simulate_newcomer(seed: u64) -> Option<SimulatedDrive> {
+    let (office, robot) = (office(), Robot::INDOOR);
+    let number = u32::try_from(office.tours.len()).ok()? + 1;
+    let rng = || {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        rng.set_stream(u64::from(number));
+        rng
+    };
+    let first = Drive::new(&office.building, robot, office.tours.first()?, START_NS, rng())?;
+    let origin = first.truth();
+    let map_from_building = Pose::new(origin.x_m, origin.y_m, 0.0).inverse();
+    let places = office.building.places(NEWCOMERS_WAY)?;
+    let drive = Drive::new(&office.building, robot, &places, START_NS, rng())?;
+    let drive = simulated(number, &robot, drive, map_from_building);
+    Some(SimulatedDrive { is_start_known: false, ..drive })
+}
+
 fn simulated(number: u32, robot: &Robot, drive: Drive, map_from_building: Pose) -> SimulatedDrive {
     let length_m = drive.length_m();
     let map_from_start = map_from_building * drive.truth();
@@ -91,6 +118,7 @@ fn simulated(number: u32, robot: &Robot, drive: Drive, map_from_building: Pose) 
     SimulatedDrive {
         robot: format!("robot-{number}"),
         map_from_start,
+        is_start_known: true,
         length_m,
         duration_s: ticks.len() as f64 * robot.tick_ns as f64 * 1e-9,
         sensor: sensor(&robot.laser),

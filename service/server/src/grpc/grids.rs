@@ -14,4 +14,11 @@ impl GridService for Service {
     ) -> Result<Response<v1::GetGridResponse>, Status> {
         Ok(self.get_grid(request.into_inner()).await?.into())
     }
+
+    async fn get_session_grid(
+        &self,
+        request: Request<v1::GetSessionGridRequest>,
+    ) -> Result<Response<v1::GetSessionGridResponse>, Status> {
+        Ok(self.get_session_grid(request.into_inner()).await?.into())
+    }
 }

@@ -99,7 +99,7 @@ async fn watch(
         let kind = match event {
             Ok((of, event)) if of == map => match event {
                 Event::Version(version) => Kind::Version(version),
-                Event::Session(session) => Kind::Session(*session),
+                Event::Session(session) => Kind::Session(session),
                 Event::Correction(correction) => Kind::Correction(correction),
                 Event::Costs(costs) => Kind::Costs(costs),
                 Event::Job(_) => continue,

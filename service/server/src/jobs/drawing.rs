@@ -1,4 +1,4 @@
-//! A map drawn again from its journal, by all that jobs have found out, beside the living map.
+//! A map drawn again from its journal, by all that was decided, beside the living map.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -11,7 +11,7 @@ use meetpoint_tracking::MappingParams;
 use super::running::{Running, Stopped};
 use super::workbench::Workbench;
 use crate::error::Error;
-use crate::mapping::{MapState, Relaxations, Replacement};
+use crate::mapping::{Decisions, MapState, Replacement};
 use crate::service::Service;
 
 /// How often the job says how far it is.
@@ -39,7 +39,7 @@ impl Drawn {
     }
 }
 
-/// Draws a map up to the end that its journal has now, by all that jobs found out, while the job's
+/// Draws a map up to the end that its journal has now, by all that was decided, while the job's
 /// progress goes from `share_before` to 1.
 pub(super) async fn drawn_again(
     service: &Service,
@@ -48,20 +48,20 @@ pub(super) async fn drawn_again(
     share_before: f64,
 ) -> Result<Drawn, Stopped> {
     let end = service.store.journal_end(&record.id).await?;
-    let relaxations = Relaxations::load(&service.store, &record.id, end).await?;
-    drawn(service, (record, end), relaxations, at_work, share_before..1.0).await
+    let decisions = Decisions::load(&service.store, &record.id, end).await?;
+    drawn(service, (record, end), decisions, at_work, share_before..1.0).await
 }
 
-/// Draws a map up to a place in its journal by these relaxations, while the job's progress goes through
+/// Draws a map up to a place in its journal by these decisions, while the job's progress goes through
 /// `shares`.
 pub(super) async fn drawn(
     service: &Service,
     (record, end): (&MapRecord, JournalSeq),
-    relaxations: Relaxations,
+    decisions: Decisions,
     (running, bench): (&Running<'_>, &Workbench),
     shares: Range<f64>,
 ) -> Result<Drawn, Stopped> {
-    let state = MapState::new(&MappingParams::INDOOR, record.resolution_m, relaxations)?;
+    let state = MapState::new(&MappingParams::INDOOR, record.resolution_m, decisions)?;
     let mut drawn = Drawn { state, n_scans: 0, corrections: BTreeMap::new() };
     let text = format!("journal entries up to {}", end.0);
     running.progress(shares.start, Some(&text)).await?;

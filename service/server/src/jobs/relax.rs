@@ -47,7 +47,7 @@ use way::{Way, WayReader};
 /// Share of the progress that relaxing is; the rest is drawing.
 const SHARE_RELAXED: f64 = 0.8;
 /// How often the job says how far it is between milestones.
-const REPORT_EVERY: Duration = Duration::from_secs(1);
+pub(super) const REPORT_EVERY: Duration = Duration::from_secs(1);
 /// Batches of a session read at a time: at most 16 MiB.
 const N_BATCHES_READ: u32 = 16;
 

@@ -15,8 +15,8 @@ use meetpoint_tracking::MappingParams;
 
 use super::actors::{Awaited, Mailbox, Replacement, Shared};
 use super::checkpoint;
+use super::decisions::Decisions;
 use super::map_state::{Applied, MapState};
-use super::relaxations::Relaxations;
 use super::snapshot::{Draft, SavedTiles};
 use super::versions::{RETRY_FIRST, RETRY_LONGEST, Versions};
 use crate::live::{Event, SessionProgress};
@@ -260,8 +260,8 @@ impl Actor<'_> {
             Err(error) => return Err(error),
         }
         let (store, map) = (&self.shared.store, &self.record.id);
-        let relaxations = Relaxations::load(store, map, store.journal_end(map).await?).await?;
-        let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m, relaxations)?;
+        let decisions = Decisions::load(store, map, store.journal_end(map).await?).await?;
+        let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m, decisions)?;
         let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
         let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
         Ok(Work { state, saved: SavedTiles::default(), quiet_until })
@@ -275,10 +275,10 @@ impl Actor<'_> {
         let known = SavedTiles::restored(&tiles, &hashes);
         let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
         let position = saved.journal_seq;
-        let relaxed_through = checkpoint::relaxed_through(&saved.state)?;
-        let relaxations = Relaxations::load(store, &self.record.id, relaxed_through).await?;
+        let decided_through = checkpoint::decided_through(&saved.state)?;
+        let decisions = Decisions::load(store, &self.record.id, decided_through).await?;
         let bytes = &saved.state;
-        let state = checkpoint::restore(params, resolution_m, position, bytes, tiles, relaxations)?;
+        let state = checkpoint::restore(params, resolution_m, position, bytes, tiles, decisions)?;
         Ok(Some(Work { state, saved: known, quiet_until: position }))
     }
 

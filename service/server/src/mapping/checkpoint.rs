@@ -11,8 +11,9 @@ use meetpoint_tracking::{LiveMap, MappingParams};
 use prost::Message;
 use uuid::Uuid;
 
+use super::decisions::Decisions;
 use super::map_state::{MapState, OpenSession};
-use super::relaxations::Relaxations;
+use super::placements::Place;
 use crate::convert::{pose, sensor, session};
 use crate::error::Error;
 
@@ -30,9 +31,9 @@ struct Saved {
     unplaced: Vec<SavedFrame>,
     #[prost(message, repeated, tag = "4")]
     sessions: Vec<SavedSession>,
-    /// The place in the journal up to which relaxations are in.
+    /// The place in the journal up to which decisions are in.
     #[prost(int64, tag = "5")]
-    relaxed_through: i64,
+    decided_through: i64,
 }
 
 #[derive(Clone, PartialEq, Message)]
@@ -49,12 +50,16 @@ struct SavedSession {
     session: Vec<u8>,
     #[prost(bytes = "vec", tag = "2")]
     declaration: Vec<u8>,
+    /// Empty for a session in a frame of its own.
     #[prost(double, repeated, tag = "3")]
-    map_from_session: Vec<f64>,
+    frame_from_session: Vec<f64>,
     #[prost(uint64, tag = "4")]
     mapped_through: u64,
     #[prost(uint64, tag = "5")]
     n_poses: u64,
+    /// The other session in whose frame it lies; empty for the map's, or its own.
+    #[prost(bytes = "vec", tag = "6")]
+    frame: Vec<u8>,
 }
 
 /// The state without its tiles.
@@ -63,37 +68,41 @@ pub(super) fn to_bytes(state: &MapState) -> Vec<u8> {
         session: id.0.as_bytes().to_vec(),
         state: map.state_bytes(),
     });
-    let sessions = state.sessions.iter().map(|(id, open)| SavedSession {
-        session: id.0.as_bytes().to_vec(),
-        declaration: open.declaration.clone(),
-        map_from_session: open
-            .map_from_session
-            .map(pose::to_record)
-            .into_iter()
-            .flatten()
-            .collect(),
-        mapped_through: open.mapped_through,
-        n_poses: open.n_poses,
-    });
+    let sessions = state.sessions.iter().map(|(&id, open)| saved_session(id, open));
     Saved {
         format: FORMAT,
         site: state.site.state_bytes(),
         unplaced: unplaced.collect(),
         sessions: sessions.collect(),
-        relaxed_through: state.relaxations.through().0,
+        decided_through: state.decisions.through().0,
     }
     .encode_to_vec()
 }
 
-/// The place in the journal up to which the state's relaxations are in.
+fn saved_session(id: SessionId, open: &OpenSession) -> SavedSession {
+    let Place { frame, frame_from_session } = open.place;
+    let is_on_its_own = frame == Some(id);
+    let pose = (!is_on_its_own).then(|| pose::to_record(frame_from_session).to_vec());
+    let frame = frame.filter(|_| !is_on_its_own).map(|frame| frame.0.as_bytes().to_vec());
+    SavedSession {
+        session: id.0.as_bytes().to_vec(),
+        declaration: open.declaration.clone(),
+        frame_from_session: pose.unwrap_or_default(),
+        mapped_through: open.mapped_through,
+        n_poses: open.n_poses,
+        frame: frame.unwrap_or_default(),
+    }
+}
+
+/// The place in the journal up to which the state's decisions are in.
 ///
 /// # Errors
 /// [`Error::Internal`] if the bytes are damaged.
-pub(super) fn relaxed_through(bytes: &[u8]) -> Result<JournalSeq, Error> {
-    Ok(JournalSeq(Saved::decode(bytes).map_err(Error::internal)?.relaxed_through))
+pub(super) fn decided_through(bytes: &[u8]) -> Result<JournalSeq, Error> {
+    Ok(JournalSeq(Saved::decode(bytes).map_err(Error::internal)?.decided_through))
 }
 
-/// The state back again, with its relaxations.
+/// The state back again, with its decisions.
 ///
 /// # Errors
 /// [`Error::Internal`] if the bytes are of another format or damaged.
@@ -103,9 +112,9 @@ pub(super) fn restore(
     position: JournalSeq,
     bytes: &[u8],
     tiles: Vec<(TileKey, Arc<Tile>)>,
-    relaxations: Relaxations,
+    decisions: Decisions,
 ) -> Result<MapState, Error> {
-    let Saved { format, site, unplaced, sessions, relaxed_through: _ } =
+    let Saved { format, site, unplaced, sessions, decided_through: _ } =
         Saved::decode(bytes).map_err(Error::internal)?;
     if format != FORMAT {
         return Err(Error::internal(format!("a checkpoint of format {format}, not {FORMAT}")));
@@ -129,7 +138,7 @@ pub(super) fn restore(
     Ok(MapState {
         params: *params,
         resolution_m,
-        relaxations,
+        decisions,
         site,
         unplaced: frames,
         sessions,
@@ -144,11 +153,15 @@ fn session_id(bytes: &[u8]) -> Result<SessionId, Error> {
 }
 
 fn open_session(saved: SavedSession) -> Result<(SessionId, OpenSession), Error> {
-    let SavedSession { session: id, declaration, map_from_session, mapped_through, n_poses } =
+    let SavedSession { session, declaration, frame_from_session, mapped_through, n_poses, frame } =
         saved;
+    let id = session_id(&session)?;
     let sensors = sensor::sensors(&session::declaration(&declaration)?.sensors)?;
-    let map_from_session =
-        <[f64; 3]>::try_from(map_from_session.as_slice()).ok().map(pose::from_record);
-    let open = OpenSession { declaration, sensors, map_from_session, mapped_through, n_poses };
-    Ok((session_id(&id)?, open))
+    let frame = if frame.is_empty() { None } else { Some(session_id(&frame)?) };
+    let pose = <[f64; 3]>::try_from(frame_from_session.as_slice()).ok().map(pose::from_record);
+    let place = match pose {
+        Some(frame_from_session) => Place { frame, frame_from_session },
+        None => Place::own(id),
+    };
+    Ok((id, OpenSession { declaration, sensors, place, mapped_through, n_poses }))
 }

@@ -11,6 +11,8 @@ use meetpoint_storage::{
 use meetpoint_tracking::{Estimate, LiveMap, MappingParams, SensorKind, SessionConfig, SessionKey};
 use prost::Message;
 
+use super::decisions::Decisions;
+use super::placements::Place;
 use super::relaxations::Relaxations;
 use crate::convert::{import, observation, pose, sensor, sensor::DeclaredSensor, session};
 use crate::error::Error;
@@ -19,11 +21,11 @@ use crate::error::Error;
 pub(crate) struct MapState {
     pub(super) params: MappingParams,
     pub(super) resolution_m: f64,
-    /// Where robots are known to have been.
-    pub(super) relaxations: Relaxations,
-    /// The site's frame: sessions of known start, and later merged ones.
+    /// Where robots are known to have been, and where merges put sessions.
+    pub(super) decisions: Decisions,
+    /// The site's frame: sessions of known start, and merged ones.
     pub(super) site: LiveMap,
-    /// Sessions of unknown start, each in a frame of its own.
+    /// Frames of sessions of unknown start: each in its own, or in that of one it was merged with.
     pub(super) unplaced: BTreeMap<SessionId, LiveMap>,
     /// Sessions that have not ended.
     pub(super) sessions: BTreeMap<SessionId, OpenSession>,
@@ -40,8 +42,8 @@ pub(crate) struct MapState {
 pub(super) struct OpenSession {
     pub(super) declaration: Vec<u8>,
     pub(super) sensors: Vec<DeclaredSensor>,
-    /// Present once the session has a place in the map.
-    pub(super) map_from_session: Option<Pose>,
+    /// Where its own frame lies, in which its trajectory is.
+    pub(super) place: Place,
     pub(super) mapped_through: u64,
     /// Poses of its trajectory so far.
     pub(super) n_poses: u64,
@@ -77,19 +79,19 @@ pub(crate) struct Applied {
 }
 
 impl MapState {
-    /// An empty map, to be drawn by these relaxations.
+    /// An empty map, to be drawn by these decisions.
     ///
     /// # Errors
     /// [`Error::Internal`] for a resolution that no map can have.
     pub(crate) fn new(
         params: &MappingParams,
         resolution_m: f64,
-        relaxations: Relaxations,
+        decisions: Decisions,
     ) -> Result<Self, Error> {
         Ok(Self {
             params: *params,
             resolution_m,
-            relaxations,
+            decisions,
             site: empty_map(params, resolution_m)?,
             unplaced: BTreeMap::new(),
             sessions: BTreeMap::new(),
@@ -148,11 +150,12 @@ impl MapState {
                 self.end(session)
             }
             JournalEvent::MapImported { payload } => self.import(&payload)?,
-            // What was found is in from the beginning, or the job that found it replaces this map.
+            // What was decided is in from the beginning, or the job that draws by it replaces this map.
             JournalEvent::SessionsRelaxed { .. }
             | JournalEvent::VersionPublished { .. }
             | JournalEvent::CostDecided { .. }
             | JournalEvent::ClosureSwitched { .. }
+            | JournalEvent::MergeDecided { .. }
             | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;
@@ -176,23 +179,23 @@ impl MapState {
         &mut self,
         id: SessionId,
         declaration: Vec<u8>,
-        map_from_session: Option<Pose>,
+        declared: Option<Pose>,
     ) -> Result<(), Error> {
         let sensors = sensor::sensors(&session::declaration(&declaration)?.sensors)?;
+        let place = self.decisions.place(id, declared);
         let config = SessionConfig {
-            map_from_start: map_from_session.unwrap_or(Pose::IDENTITY),
+            map_from_start: place.frame_from_session,
             sensors: sensors.iter().map(|declared| declared.sensor).collect(),
         };
-        let map = match map_from_session {
-            Some(_) => &mut self.site,
-            None => {
-                let own = empty_map(&self.params, self.resolution_m)?;
-                self.unplaced.entry(id).or_insert(own)
+        let map = match place.frame {
+            None => &mut self.site,
+            Some(frame) => {
+                let new = empty_map(&self.params, self.resolution_m)?;
+                self.unplaced.entry(frame).or_insert(new)
             }
         };
         map.open_session(key(id), config);
-        let open =
-            OpenSession { declaration, sensors, map_from_session, mapped_through: 0, n_poses: 0 };
+        let open = OpenSession { declaration, sensors, place, mapped_through: 0, n_poses: 0 };
         self.sessions.insert(id, open);
         Ok(())
     }
@@ -209,8 +212,9 @@ impl MapState {
             .sessions
             .get_mut(&id)
             .ok_or_else(|| Error::internal(format!("batch {number} of a session not open")))?;
-        let map = self.unplaced.get_mut(&id).unwrap_or(&mut self.site);
-        let origin = origin(&self.relaxations, id, &open.sensors);
+        let map = drawn_on(&mut self.site, &mut self.unplaced, open.place);
+        let relaxations = self.decisions.relaxations();
+        let origin = origin(relaxations, id, &open.sensors);
         let first_index = open.n_poses;
         let new = self.poses.entry(id).or_insert(NewPoses { origin, first_index, poses: vec![] });
         let mut applied =
@@ -226,16 +230,15 @@ impl MapState {
             first_ns = first_ns.min(observation.stamp_ns);
             last_ns = last_ns.max(observation.stamp_ns);
             let index = new.first_index + new.poses.len() as u64;
-            let estimate = match self.relaxations.pose(id, index) {
+            let estimate = match relaxations.pose(id, index) {
                 Some(pose) => {
-                    let map_from_session = open.map_from_session.unwrap_or(Pose::IDENTITY);
-                    map.apply_at(key(id), &observation, map_from_session * pose)
+                    map.apply_at(key(id), &observation, open.place.frame_from_session * pose)
                 }
                 None => map.apply(key(id), &observation),
             };
             if let Some(estimate) = estimate {
-                new.poses.push(pose_record(&estimate, open.map_from_session));
-                applied.correction = Some(correction(number, &estimate, &open.sensors));
+                new.poses.push(pose_record(&estimate, open.place));
+                applied.correction = Some(correction(number, &estimate, open));
             }
         }
         open.n_poses = new.first_index + new.poses.len() as u64;
@@ -247,20 +250,32 @@ impl MapState {
     fn skip(&mut self, id: SessionId, through: u64) -> Applied {
         if let Some(open) = self.sessions.get_mut(&id) {
             open.mapped_through = through;
+            drawn_on(&mut self.site, &mut self.unplaced, open.place).break_odometry(key(id));
         }
-        self.unplaced.get_mut(&id).unwrap_or(&mut self.site).break_odometry(key(id));
         Applied { session: Some(id), mapped_through: through, ..Applied::default() }
     }
 
     fn end(&mut self, id: SessionId) -> Applied {
-        self.unplaced.get_mut(&id).unwrap_or(&mut self.site).close_session(key(id));
-        let mapped_through = self.sessions.remove(&id).map_or(0, |open| open.mapped_through);
+        let mut mapped_through = 0;
+        if let Some(open) = self.sessions.remove(&id) {
+            mapped_through = open.mapped_through;
+            drawn_on(&mut self.site, &mut self.unplaced, open.place).close_session(key(id));
+        }
         Applied { session: Some(id), mapped_through, ended: true, ..Applied::default() }
     }
 }
 
 pub(super) fn empty_map(params: &MappingParams, resolution_m: f64) -> Result<LiveMap, Error> {
     LiveMap::new(*params, resolution_m).map_err(|error| Error::internal(format!("{error:?}")))
+}
+
+/// The map that a session is drawn on.
+fn drawn_on<'a>(
+    site: &'a mut LiveMap,
+    unplaced: &'a mut BTreeMap<SessionId, LiveMap>,
+    place: Place,
+) -> &'a mut LiveMap {
+    place.frame.and_then(|frame| unplaced.get_mut(&frame)).unwrap_or(site)
 }
 
 pub(super) fn key(id: SessionId) -> SessionKey {
@@ -284,9 +299,9 @@ fn origin(
 }
 
 /// Stored poses are robot poses in the session's frame.
-fn pose_record(estimate: &Estimate, map_from_session: Option<Pose>) -> PoseRecord {
-    let session_from_map = map_from_session.map_or(Pose::IDENTITY, Pose::inverse);
-    let Pose { x_m, y_m, theta_rad } = session_from_map * estimate.map_from_robot;
+fn pose_record(estimate: &Estimate, place: Place) -> PoseRecord {
+    let session_from_frame = place.frame_from_session.inverse();
+    let Pose { x_m, y_m, theta_rad } = session_from_frame * estimate.map_from_robot;
     PoseRecord {
         stamp_ns: estimate.stamp_ns,
         sensor: estimate.sensor.and_then(|sensor| u8::try_from(sensor).ok()),
@@ -298,8 +313,8 @@ fn pose_record(estimate: &Estimate, map_from_session: Option<Pose>) -> PoseRecor
     }
 }
 
-fn correction(number: u64, estimate: &Estimate, sensors: &[DeclaredSensor]) -> v1::PoseCorrection {
-    let sensor = estimate.sensor.and_then(|sensor| sensors.get(sensor));
+fn correction(number: u64, estimate: &Estimate, open: &OpenSession) -> v1::PoseCorrection {
+    let sensor = estimate.sensor.and_then(|sensor| open.sensors.get(sensor));
     v1::PoseCorrection {
         batch_number: number,
         stamp_ns: estimate.stamp_ns,
@@ -307,5 +322,6 @@ fn correction(number: u64, estimate: &Estimate, sensors: &[DeclaredSensor]) -> v
         map_from_robot: Some(pose::to_wire(estimate.map_from_robot)),
         map_from_odometry: Some(pose::to_wire(estimate.map_from_odometry)),
         lost: estimate.lost,
+        frame_session: open.place.frame.map(|frame| frame.0.to_string()).unwrap_or_default(),
     }
 }

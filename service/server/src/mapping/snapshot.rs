@@ -59,7 +59,7 @@ impl SavedTiles {
             state: checkpoint::to_bytes(state),
             tiles,
             grid: state.grid().clone(),
-            landmarks: state.relaxations.landmark_set(),
+            landmarks: state.decisions.relaxations().landmark_set(),
             poses: poses.collect(),
         }
     }

@@ -22,9 +22,19 @@ impl Service {
         let asked = job::asked(kind, params)?;
         let priority = job::priority(priority)?;
         let map = self.map_record(&map).await?.id;
-        if let Asked::Relax(params) = &asked {
-            for (index, session) in params.sessions.iter().enumerate() {
-                self.require_relaxable(&map, session, index).await?;
+        match &asked {
+            Asked::Rebuild => {}
+            Asked::Relax(params) => {
+                for (index, session) in params.sessions.iter().enumerate() {
+                    let field = format!("relax.sessions[{index}]");
+                    self.require_session_of(&map, session, &field, true).await?;
+                }
+            }
+            Asked::Merge(params) => {
+                for (index, session) in params.sessions.iter().enumerate() {
+                    let field = format!("merge.sessions[{index}]");
+                    self.require_session_of(&map, session, &field, false).await?;
+                }
             }
         }
         let new = NewJob {
@@ -86,17 +96,25 @@ impl Service {
         Ok(JobChanges { service: self.clone(), id, events, is_first: true, is_over: false })
     }
 
-    /// A session that is to be relaxed is one of the map and has a place in it.
-    async fn require_relaxable(&self, map: &MapId, id: &str, index: usize) -> Result<(), Error> {
+    /// A session that is to be relaxed is one of the map and has a place in it; one that is to be merged has
+    /// none.
+    async fn require_session_of(
+        &self,
+        map: &MapId,
+        id: &str,
+        field: &str,
+        is_to_be_placed: bool,
+    ) -> Result<(), Error> {
         let record = self.session_record(id).await?;
         if record.map != *map {
             let problem = format!("a session of map `{}`", record.map.0);
-            return Err(Error::field(format!("relax.sessions[{index}]"), problem));
+            return Err(Error::field(field, problem));
         }
-        if record.map_from_session.is_none() {
-            return Err(Error::SessionNotPlaced(shortened(id)));
+        match (record.map_from_session.is_some(), is_to_be_placed) {
+            (false, true) => Err(Error::SessionNotPlaced(shortened(id))),
+            (true, false) => Err(Error::SessionPlaced(shortened(id))),
+            (true, true) | (false, false) => Ok(()),
         }
-        Ok(())
     }
 
     pub(super) async fn job_record(&self, id: &str) -> Result<JobRecord, Error> {

@@ -108,6 +108,14 @@ impl Service {
         Ok(())
     }
 
+    /// A session was put somewhere, or was taken back: watchers are told.
+    pub(crate) async fn announce_place(&self, id: SessionId) -> Result<(), Error> {
+        let Some(record) = self.store.session(id).await? else { return Ok(()) };
+        let session = self.present(record).await?;
+        self.announce_session(&session);
+        Ok(())
+    }
+
     fn announce_session(&self, session: &v1::Session) {
         let map = MapId(session.map.clone());
         self.live.announce(map, Event::Session(Box::new(session.clone())));

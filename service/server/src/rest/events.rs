@@ -50,7 +50,7 @@ pub(crate) struct PoseCorrection {
     stamp_ns: Signed64,
     /// The sensor whose reading it is.
     sensor_id: String,
-    /// The robot's pose in the map (in the session's own frame while it is not placed).
+    /// The robot's pose in the map (in the frame of `frame_session` while the session is not placed).
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     map_from_robot: Option<Pose>,
@@ -60,6 +60,11 @@ pub(crate) struct PoseCorrection {
     map_from_odometry: Option<Pose>,
     /// True if the tracker does not trust it.
     lost: bool,
+    /// The session in whose frame the poses are; absent for the map's frame. It changes when a merge is
+    /// accepted or undone: from then on earlier poses are of no use beside later ones.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    #[schema(required = false)]
+    frame_session: String,
 }
 
 impl From<v1::PoseCorrection> for PoseCorrection {
@@ -71,6 +76,7 @@ impl From<v1::PoseCorrection> for PoseCorrection {
             map_from_robot,
             map_from_odometry,
             lost,
+            frame_session,
         } = wire;
         Self {
             batch_number: Unsigned64(batch_number),
@@ -79,6 +85,7 @@ impl From<v1::PoseCorrection> for PoseCorrection {
             map_from_robot: map_from_robot.map(Pose::from),
             map_from_odometry: map_from_odometry.map(Pose::from),
             lost,
+            frame_session,
         }
     }
 }

@@ -17,6 +17,7 @@ use super::openapi::GridProblems;
 use super::problem::Refusal;
 use super::request::{Path, Query, version_number};
 use crate::convert;
+use crate::convert::grid::Drawn;
 use crate::error::Error;
 
 /// Occupancy probabilities of a rectangle of square cells.
@@ -29,7 +30,7 @@ pub(crate) struct Grid {
     /// Edge of a cell, in metres.
     #[schema(example = 0.05)]
     resolution_m: f64,
-    /// Lower-left corner of the lower-left cell, in the map's frame.
+    /// Lower-left corner of the lower-left cell, in the map's frame or that of `frame_session`.
     origin: Point,
     /// Cells along x.
     width: u32,
@@ -39,6 +40,10 @@ pub(crate) struct Grid {
     /// being occupied in percent, 255 means never observed.
     #[schema(value_type = Vec<u8>, example = json!([255, 0, 100, 37]))]
     cells: Vec<u8>,
+    /// The session in whose frame it is; absent for the map's frame.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    #[schema(required = false)]
+    frame_session: String,
 }
 
 impl From<v1::Grid> for Grid {
@@ -52,6 +57,7 @@ impl From<v1::Grid> for Grid {
             width,
             height,
             cells,
+            frame_session,
         } = wire;
         Self {
             map,
@@ -63,6 +69,7 @@ impl From<v1::Grid> for Grid {
             width,
             height,
             cells,
+            frame_session,
         }
     }
 }
@@ -86,7 +93,7 @@ pub(crate) enum GridFormat {
 
 impl GridFormat {
     /// Name, which is the file's extension too, and media type.
-    fn names(self) -> (&'static str, &'static str) {
+    pub(super) fn names(self) -> (&'static str, &'static str) {
         match self {
             Self::Json => ("json", "application/json"),
             Self::Png => ("png", "image/png"),
@@ -173,33 +180,41 @@ pub(super) async fn get_grid(
     }
     let found = rest.service.version_grid(&map, version.number).await?;
     let raster = rest.service.raster(&found, bounding_box).await?;
-    let described = described(&raster, version.number, cost_revision)?;
-    let disposition = disposition(&map, format)?;
-    let version = version.number;
-    let bytes =
-        tokio::task::spawn_blocking(move || encoded(&raster, format, map, version, cost_revision));
+    Ok(tag.on(picture(raster, format, &map, found.drawn()).await?))
+}
+
+/// A grid as it is asked for, to be saved under `name`.
+pub(super) async fn picture(
+    raster: Raster,
+    format: GridFormat,
+    name: &str,
+    drawn: Drawn,
+) -> Result<Response, Refusal> {
+    let described = described(&raster, drawn.version, drawn.cost_revision)?;
+    let disposition = disposition(name, format)?;
+    let name = name.to_owned();
+    let bytes = tokio::task::spawn_blocking(move || encoded(&raster, format, &name, drawn));
     let bytes = bytes.await.map_err(Error::internal)??;
     let mut response =
         ([(header::CONTENT_TYPE, format.names().1)], described, bytes).into_response();
     response.headers_mut().insert(header::CONTENT_DISPOSITION, disposition);
-    Ok(tag.on(response))
+    Ok(response)
 }
 
 fn encoded(
     raster: &Raster,
     format: GridFormat,
-    map: String,
-    version: u64,
-    cost_revision: u64,
+    name: &str,
+    drawn: Drawn,
 ) -> Result<Vec<u8>, Error> {
     match format {
         GridFormat::Json => {
-            let grid = convert::grid::to_wire(raster, map, version, cost_revision);
+            let grid = convert::grid::to_wire(raster, drawn);
             serde_json::to_vec(&Grid::from(grid)).map_err(Error::internal)
         }
         GridFormat::Png => Ok(png(raster)),
         GridFormat::Pgm => Ok(pgm(raster)),
-        GridFormat::Yaml => Ok(yaml(raster, &format!("{map}.pgm")).into_bytes()),
+        GridFormat::Yaml => Ok(yaml(raster, &format!("{name}.pgm")).into_bytes()),
         GridFormat::Npy => Ok(npy(raster)),
     }
 }

@@ -10,11 +10,12 @@ use utoipa::{IntoParams, ToSchema};
 use super::Rest;
 use super::idempotency::{Creation, IdempotencyKey, Reply, once};
 use super::integer::{Signed64, Unsigned64};
+use super::merge_job::{MergeParams, MergeResult};
 use super::openapi::{CreationProblems, ListProblems, ReadProblems};
 use super::problem::Refusal;
 use super::relaxation::{RelaxFigures, RelaxParams, RelaxResult};
 use super::reply::{filled, ok};
-use super::request::{JsonBody, Path, Query};
+use super::request::{JsonBody, Path, Query, only_one};
 use super::sse::Watcher;
 use crate::error::Error;
 
@@ -66,6 +67,14 @@ pub(crate) struct Job {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     relax_result: Option<RelaxResult>,
+    /// How a merge job was to be done; absent from others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    merge: Option<MergeParams>,
+    /// What came of a merge job; absent until it has succeeded.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    merge_result: Option<MergeResult>,
 }
 
 impl From<v1::Job> for Job {
@@ -88,6 +97,16 @@ impl From<v1::Job> for Job {
             params,
             result,
         } = wire;
+        let (relax, merge) = match params {
+            Some(v1::job::Params::Relax(params)) => (Some(params.into()), None),
+            Some(v1::job::Params::Merge(params)) => (None, Some(params.into())),
+            None => (None, None),
+        };
+        let (relax_result, merge_result) = match result {
+            Some(v1::job::Result::RelaxResult(result)) => (Some(result.into()), None),
+            Some(v1::job::Result::MergeResult(result)) => (None, Some(result.into())),
+            None => (None, None),
+        };
         Self {
             id,
             map,
@@ -103,8 +122,10 @@ impl From<v1::Job> for Job {
             estimated_end_time_ns: estimated_end_time_ns.map(Signed64),
             cancel_requested,
             priority,
-            relax: params.map(|v1::job::Params::Relax(params)| params.into()),
-            relax_result: result.map(|v1::job::Result::RelaxResult(result)| result.into()),
+            relax,
+            relax_result,
+            merge,
+            merge_result,
         }
     }
 }
@@ -120,6 +141,9 @@ pub(crate) enum JobKind {
     /// Finds out where robots had been and where the landmarks are that they saw, and draws the map
     /// again by it, into a new version.
     Relax,
+    /// Finds out where sessions of unknown start lie, and draws the map with those that rules accept,
+    /// into a new version.
+    Merge,
 }
 
 impl From<v1::JobKind> for JobKind {
@@ -128,6 +152,7 @@ impl From<v1::JobKind> for JobKind {
             v1::JobKind::Unspecified => Self::Unspecified,
             v1::JobKind::Rebuild => Self::Rebuild,
             v1::JobKind::Relax => Self::Relax,
+            v1::JobKind::Merge => Self::Merge,
         }
     }
 }
@@ -138,6 +163,7 @@ impl From<JobKind> for v1::JobKind {
             JobKind::Unspecified => Self::Unspecified,
             JobKind::Rebuild => Self::Rebuild,
             JobKind::Relax => Self::Relax,
+            JobKind::Merge => Self::Merge,
         }
     }
 }
@@ -224,13 +250,21 @@ pub(crate) struct NewJob {
     /// How a relax job is to be done; absent for the defaults. Not taken with other kinds.
     #[serde(default)]
     relax: Option<RelaxParams>,
+    /// How a merge job is to be done; absent for the defaults. Not taken with other kinds.
+    #[serde(default)]
+    merge: Option<MergeParams>,
 }
 
-impl From<NewJob> for v1::CreateJobRequest {
-    fn from(job: NewJob) -> Self {
-        let NewJob { map, kind, priority, relax } = job;
-        let params = relax.map(|params| v1::create_job_request::Params::Relax(params.into()));
-        Self { map, kind: v1::JobKind::from(kind).into(), priority, params }
+impl TryFrom<NewJob> for v1::CreateJobRequest {
+    type Error = Error;
+
+    fn try_from(job: NewJob) -> Result<Self, Error> {
+        use v1::create_job_request::Params;
+        let NewJob { map, kind, priority, relax, merge } = job;
+        let relax = relax.map(|params| Params::Relax(params.into()));
+        let merge = merge.map(|params| Params::Merge(params.into()));
+        let params = only_one("params", [("relax", relax), ("merge", merge)])?;
+        Ok(Self { map, kind: v1::JobKind::from(kind).into(), priority, params })
     }
 }
 
@@ -272,7 +306,7 @@ pub(crate) struct JobsQuery {
 /// Starts a job and returns at once.
 ///
 /// Jobs of one map are done one after the other, those of other maps beside them: higher priority
-/// first, then the older. `NOTHING_TO_RELAX` is found out by the job itself.
+/// first, then the older. `NOTHING_TO_RELAX` and `NOTHING_TO_MERGE` are found out by the job itself.
 #[utoipa::path(
     post,
     path = "/v1/jobs",
@@ -292,7 +326,7 @@ pub(super) async fn create_job(
 ) -> Result<Response, Refusal> {
     let service = rest.service.clone();
     once(&rest, &CREATION, key, body.fingerprint, async move {
-        let v1::CreateJobResponse { job } = service.create_job(body.value.into()).await?;
+        let v1::CreateJobResponse { job } = service.create_job(body.value.try_into()?).await?;
         Ok(Reply::new(StatusCode::ACCEPTED, &Job::from(filled(job, "job")?))?)
     })
     .await

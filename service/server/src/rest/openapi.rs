@@ -34,6 +34,7 @@ use super::problem::{PROBLEM_JSON, Problem};
         (name = "costs", description = "What is closed, dear or drawn on top of a map, and for which robots it is planned."),
         (name = "landmarks", description = "What robots told apart on a map version."),
         (name = "closures", description = "What relax jobs took for the same place, and what people decide about it."),
+        (name = "merges", description = "Where sessions of unknown start lie, and what is decided about it."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),
@@ -50,6 +51,8 @@ pub(super) struct ListProblems;
 pub(super) struct ReadProblems;
 /// What a grid may answer instead.
 pub(super) struct GridProblems;
+/// What a session's grid may answer instead.
+pub(super) struct SessionGridProblems;
 /// What a question in a body may answer instead.
 pub(super) struct PlanProblems;
 /// What changing a resource may answer instead.
@@ -74,6 +77,12 @@ impl IntoResponses for ReadProblems {
 impl IntoResponses for GridProblems {
     fn responses() -> BTreeMap<String, RefOr<Response>> {
         problems(&[400, 404, 413, 500, 503])
+    }
+}
+
+impl IntoResponses for SessionGridProblems {
+    fn responses() -> BTreeMap<String, RefOr<Response>> {
+        problems(&[400, 404, 409, 413, 500, 503])
     }
 }
 

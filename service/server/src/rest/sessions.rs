@@ -28,7 +28,8 @@ pub(crate) struct Session {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     start: Option<Start>,
-    /// The session's place in the map; absent while a session of unknown start is not placed.
+    /// The session's place in the map; absent while a session of unknown start is not placed. Merging
+    /// sets it, and undoing takes it away.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     map_from_session: Option<Pose>,
@@ -62,6 +63,13 @@ pub(crate) struct Session {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     complete_in_version: Option<Unsigned64>,
+    /// The session in whose frame it is mapped; absent for the map's frame. A session of unknown start has
+    /// a frame of its own until a merge places it.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    #[schema(required = false)]
+    frame_session: String,
+    /// Its own frame seen from the one that it is mapped in: `map_from_session` once it is placed.
+    frame_from_session: Pose,
 }
 
 impl From<v1::Session> for Session {
@@ -87,6 +95,8 @@ impl From<v1::Session> for Session {
             warnings,
             lost,
             complete_in_version,
+            frame_session,
+            frame_from_session,
         } = wire;
         Self {
             id,
@@ -110,6 +120,8 @@ impl From<v1::Session> for Session {
             warnings,
             lost,
             complete_in_version: Unsigned64::above_zero(complete_in_version),
+            frame_session,
+            frame_from_session: frame_from_session.unwrap_or_default().into(),
         }
     }
 }

@@ -13,7 +13,7 @@ use super::super::drawing::drawn;
 use super::super::running::{Running, Stopped};
 use super::super::workbench::Workbench;
 use crate::convert::relaxation::RelaxedSession;
-use crate::mapping::Relaxations;
+use crate::mapping::Decisions;
 use crate::service::Service;
 
 /// Poses read at a time.
@@ -51,11 +51,11 @@ pub(super) async fn live_poses(
     }
     let store = &service.store;
     let end = store.journal_end(&map.id).await?;
-    let relaxations = Relaxations::load(store, &map.id, end).await?;
-    let relaxations = wanted
+    let decisions = Decisions::load(store, &map.id, end).await?;
+    let decisions = wanted
         .iter()
-        .fold(relaxations.with(found), |relaxations, (session, _)| relaxations.without(*session));
-    let drawn = drawn(service, (map, end), relaxations, at_work, shares).await?;
+        .fold(decisions.with(found), |decisions, (session, _)| decisions.without(*session));
+    let drawn = drawn(service, (map, end), decisions, at_work, shares).await?;
     let of = |&(session, n_moments): &(SessionId, usize)| {
         drawn.poses(session).iter().take(n_moments).map(LivePose::from).collect()
     };

@@ -63,7 +63,7 @@ pub(super) async fn measurement(
         Some(v1::job::Result::RelaxResult(result)) => {
             result.sessions.first().and_then(|session| session.scans)
         }
-        None => None,
+        Some(v1::job::Result::MergeResult(_)) | None => None,
     };
     let scans = scans.context("the log has no scans to be relaxed by")?;
     Ok(Measurement {

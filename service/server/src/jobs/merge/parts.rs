@@ -1,0 +1,114 @@
+//! What lies on what: the frames of the newest version, made ready for being laid on one another.
+
+use std::sync::Arc;
+
+use meetpoint_merging::{AlignmentParams, Part};
+use meetpoint_occupancy::Grid;
+use meetpoint_storage::{MergeState, SessionFilter, SessionId, SessionRecord};
+
+use super::super::running::Stopped;
+use super::Merging;
+use crate::convert::{merge, session};
+use crate::error::Error;
+
+/// Sessions of a map read at a time.
+const N_SESSIONS_READ: u32 = 100;
+
+/// The parts of a map's newest version.
+#[derive(Debug)]
+pub(super) struct Parts {
+    /// The version.
+    pub(super) version: u64,
+    /// Scans that the map had drawn.
+    pub(super) n_scans_drawn: u64,
+    /// Whether any session has a place in the map, even if it has drawn nothing yet.
+    pub(super) has_placed: bool,
+    /// What is drawn in the map's frame; `None` if nothing is.
+    pub(super) site: Option<Arc<Part>>,
+    /// Those that are asked for, in the order in which they were opened.
+    pub(super) newcomers: Vec<Newcomer>,
+}
+
+/// What is drawn in the frame of a session that is not placed.
+#[derive(Debug)]
+pub(super) struct Newcomer {
+    /// The session.
+    pub(super) session: SessionId,
+    /// Its robot, for people.
+    pub(super) robot: String,
+    /// Poses that the session has.
+    pub(super) n_poses: u64,
+    /// Whether nobody has decided about its merge.
+    pub(super) may_accept: bool,
+    /// What it has drawn; `None` if nothing.
+    pub(super) part: Option<Arc<Part>>,
+}
+
+impl Parts {
+    /// Those that the job is asked for.
+    pub(super) async fn load(merging: &Merging<'_>) -> Result<Self, Stopped> {
+        let Merging { service, params, .. } = merging;
+        let map = service.map_record(&merging.map.id.0).await?;
+        if map.latest_version == 0 {
+            return Err(Error::NothingToMerge(map.id.0).into());
+        }
+        let version = service.version_record(&map.id.0, map.latest_version).await?;
+        let asked = params.sessions.iter().map(|id| session::id("merge.sessions", id));
+        let asked = asked.collect::<Result<Vec<SessionId>, Error>>()?;
+        let mut parts = Self {
+            version: version.number,
+            n_scans_drawn: version.n_scans,
+            has_placed: false,
+            site: part(merging, version.number, None).await?,
+            newcomers: Vec::new(),
+        };
+        for record in sessions(merging).await? {
+            parts.has_placed |= record.frame.is_none();
+            let is_asked = asked.is_empty() || asked.contains(&record.id);
+            if !is_asked || record.frame != Some(record.id) {
+                continue;
+            }
+            let part = part(merging, version.number, Some(record.id)).await?;
+            let page = service.store.trajectory(record.id, version.number, 0, 0).await?;
+            let merge = service.store.merge(merge::id_of(record.id)).await?;
+            parts.newcomers.push(Newcomer {
+                session: record.id,
+                robot: record.robot.0,
+                n_poses: page.map_or(0, |page| page.n_poses),
+                may_accept: merge.is_none_or(|merge| merge.state == MergeState::Open),
+                part,
+            });
+        }
+        Ok(parts)
+    }
+}
+
+/// All sessions of the map, in the order in which they were opened.
+async fn sessions(merging: &Merging<'_>) -> Result<Vec<SessionRecord>, Error> {
+    let filter = SessionFilter { map: Some(merging.map.id.clone()), robot: None };
+    let (mut found, mut after) = (Vec::new(), None);
+    loop {
+        let page = merging.service.store.sessions(&filter, after, N_SESSIONS_READ).await?;
+        let Some(last) = page.last() else { return Ok(found) };
+        after = Some(last.id);
+        found.extend(page);
+    }
+}
+
+/// What a version has drawn in a frame, made ready; `None` if nothing.
+async fn part(
+    merging: &Merging<'_>,
+    version: u64,
+    frame: Option<SessionId>,
+) -> Result<Option<Arc<Part>>, Stopped> {
+    let drawn = merging.service.frame_grid(&merging.map.id.0, version, frame).await?.grid;
+    if drawn.bounds().is_none() {
+        return Ok(None);
+    }
+    let part = merging.bench.slice(move || made(&drawn)).await?;
+    Ok(Some(Arc::new(part)))
+}
+
+fn made(drawn: &Grid) -> Part {
+    Part::of_grid(drawn, &AlignmentParams::INDOOR)
+}
