@@ -19,8 +19,8 @@ use crate::constellation::Constellation;
 
 /// Share of the landmarks of one place that two maps agree on: each robot misses some.
 const SAME_SHARE: f64 = 0.9;
-/// Of ever so much agreement a building may still show less elsewhere; and of ever so little, more.
-const REPEATED_SHARE: (f64, f64) = (0.05, 0.99);
+/// A repetition that agrees less is taken to agree so much.
+const REPEATED_SHARE_MIN: f64 = 0.05;
 /// Odds from which a map repeats itself, as a logarithm: every map has some landmarks that lie by
 /// chance as others do.
 const REPEATED_LOG_ODDS_MIN: f64 = 4.0;
@@ -32,8 +32,8 @@ const N_REPEATED_MIN: usize = 3;
 pub(crate) fn log_evidence_of_repeats(judge: &Judge<'_>, best: &Fitted) -> Option<f64> {
     let of = |map| repeated_share(judge, map);
     let share = of(judge.site).into_iter().chain(of(judge.other)).max_by(f64::total_cmp)?;
-    let (least, most) = REPEATED_SHARE;
-    let share = share.clamp(least, most);
+    // A building that fits itself better than two maps of one place fit tells nothing of a place.
+    let share = share.clamp(REPEATED_SHARE_MIN, SAME_SHARE);
     let (m, c) = (best.matches.len() as f64, best.n_contradicted as f64);
     let agrees = m * (SAME_SHARE / share).ln() + c * ((1.0 - SAME_SHARE) / (1.0 - share)).ln();
     Some(best.log_evidence + judge.params.repeats_share.ln() - agrees.max(0.0))

@@ -89,6 +89,26 @@ proptest! {
     }
 
     #[test]
+    fn the_same_architects_buildings_are_not_one(
+        missing in prop::collection::vec(prop::bool::weighted(0.1), 60),
+        first_m in (0.0..4.0_f64, 0.0..4.0_f64),
+        frame in frame(),
+    ) {
+        let door = |index: u32| (f64::from(index / 6), f64::from(index / 2 % 3), f64::from(index % 2));
+        let building = |first_m: f64, is_missing: &[bool]| -> Vec<Point2<f64>> {
+            let doors = (0..30).map(door).zip(is_missing).filter(|(_, is_missing)| !**is_missing);
+            doors.map(|((column, corridor, side), _)| {
+                Point2::new(first_m + 4.0 * column, 2.0 + 7.0 * corridor + 2.0 * side)
+            })
+            .collect()
+        };
+        let (one, two) = missing.split_at(30);
+        let site = map(&building(first_m.0, one), Point2::origin(), 20.0, Pose::IDENTITY);
+        let other = map(&building(first_m.1, two), Point2::origin(), 20.0, frame);
+        prop_assert!(log_odds(&found(&site, &other)) < SURE);
+    }
+
+    #[test]
     fn it_does_not_matter_who_comes_first(world in strewn(), frame in frame()) {
         let site = map(&world, Point2::origin(), 20.0, Pose::IDENTITY);
         let other = map(&world, Point2::new(6.0, 0.0), 20.0, frame);
