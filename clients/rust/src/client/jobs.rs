@@ -1,8 +1,9 @@
 //! Work in the background, and what it found.
 
 use meetpoint_proto::v1::{
-    CancelJobRequest, CreateJobRequest, GetJobRequest, Job, Landmark, ListLandmarksRequest,
-    job_service_client::JobServiceClient, landmark_service_client::LandmarkServiceClient,
+    CancelJobRequest, CreateJobRequest, GetJobRequest, Job, Landmark, ListJobsRequest,
+    ListLandmarksRequest, job_service_client::JobServiceClient,
+    landmark_service_client::LandmarkServiceClient,
 };
 use tonic::transport::Channel;
 
@@ -11,6 +12,9 @@ use crate::error::Error;
 
 /// Landmarks a page of a list: the most that the service gives.
 const LANDMARKS_PAGE: u32 = 1000;
+
+/// Jobs a page of a list: the most that the service gives.
+const JOBS_PAGE: u32 = 1000;
 
 impl Client {
     /// Starts a job and returns at once.
@@ -31,6 +35,28 @@ impl Client {
     pub async fn job(&self, id: &str) -> Result<Job, Error> {
         let response = self.jobs().get_job(call(GetJobRequest { job: id.to_owned() })).await?;
         response.into_inner().job.ok_or(Error::Malformed("job"))
+    }
+
+    /// All jobs of a map, ended ones too; of all maps if that is empty.
+    ///
+    /// # Errors
+    ///
+    /// `MAP_NOT_FOUND` if there is no such map.
+    pub async fn map_jobs(&self, map: &str) -> Result<Vec<Job>, Error> {
+        let mut request = ListJobsRequest {
+            map: map.to_owned(),
+            page_size: JOBS_PAGE,
+            page_token: String::new(),
+        };
+        let mut all = Vec::new();
+        loop {
+            let page = self.jobs().list_jobs(call(request.clone())).await?.into_inner();
+            all.extend(page.jobs);
+            if page.next_page_token.is_empty() {
+                return Ok(all);
+            }
+            request.page_token = page.next_page_token;
+        }
     }
 
     /// Asks a job to stop. A job that has ended stays as it is.

@@ -3,10 +3,13 @@
 mod accuracy;
 mod child;
 mod ingest;
+mod merge;
 mod percentile;
+mod poses;
 mod queries;
 mod relations;
 mod relaxation;
+mod replaying;
 mod robots;
 
 /// Options of `meetpoint bench`.
@@ -24,6 +27,8 @@ enum What {
     Ingest(ingest::IngestArgs),
     /// How long answers about ways take, and how many there are a second: over gRPC and over REST
     Queries(queries::QueriesArgs),
+    /// Whether robots of unknown start are found, how exactly, and that nothing is merged wrongly
+    Merge(merge::MergeArgs),
     /// What relaxation makes of data whose truth is known, and what it costs
     Relaxation(relaxation::RelaxationArgs),
 }
@@ -37,6 +42,7 @@ pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
         What::Accuracy(args) => accuracy::run(args).await,
         What::Ingest(args) => ingest::run(args).await,
         What::Queries(args) => queries::run(args).await,
+        What::Merge(args) => merge::run(args).await,
         What::Relaxation(args) => relaxation::run(args).await,
     }
 }

@@ -61,6 +61,11 @@ fn nanoseconds(seconds: f64) -> i64 {
 }
 
 impl Relation {
+    /// Whether it leads across a time: one end lies before it and the other at it or after.
+    pub(super) fn leads_across(&self, time_ns: i64) -> bool {
+        (self.from_ns < time_ns) != (self.to_ns < time_ns)
+    }
+
     /// Time between its ends, in nanoseconds.
     pub(super) fn gap_ns(&self) -> i64 {
         self.to_ns.saturating_sub(self.from_ns).saturating_abs()
@@ -118,6 +123,9 @@ mod tests {
         let errors = of_all(&poses, &relations).expect("both poses are there");
         assert_eq!((errors.n, errors.n_missing), (1, 0), "40 ns off is the same time");
         assert_eq!(relations[0].gap_ns(), 1_000_000_000, "a second");
+        let across = [999_999_999, 1_500_000_000, 2_000_000_000, 2_000_000_001];
+        let across = across.map(|time_ns| relations[0].leads_across(time_ns));
+        assert_eq!(across, [false, true, true, false], "between its ends, the later included");
         assert!(errors.translation_m < 1e-12 && errors.rotation_rad < 1e-12, "no error");
     }
 

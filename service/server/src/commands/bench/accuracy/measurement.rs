@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -11,6 +10,8 @@ use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 
 use super::super::child::{ChildService, cpu_s_of_children};
+use super::super::poses::poses;
+use super::super::replaying::{replayed, session_of, told};
 
 /// The map of each measurement.
 const MAP: &str = "bench";
@@ -49,11 +50,11 @@ pub(super) async fn measurement(
     let spent = || Some(service.cpu_s()? + cpu_s_of_children()?);
     let since = |before: Option<f64>| Some(spent()? - before?);
     let before = spent();
-    let replayed = replay(log, options, &service.url)?;
-    let field = |name: &str| replayed.get(name).with_context(|| format!("replay told no {name}"));
-    let took_s = field("took_s")?.as_f64().context("replay took some time")?;
+    let options: Vec<&str> = options.iter().map(String::as_str).collect();
+    let replayed = replayed(log, MAP, &options, &service.url)?;
+    let took_s = told(&replayed, "took_s")?.as_f64().context("replay took some time")?;
     let replay = Cost { wall_s: took_s, cpu_s: since(before) };
-    let session = field("session")?.as_str().context("a session id is text")?;
+    let session = session_of(&replayed)?;
     let client = Client::connect(&service.url)?;
     let live = poses(&client, session).await?;
     let (before, begun) = (spent(), Instant::now());
@@ -67,7 +68,7 @@ pub(super) async fn measurement(
     };
     let scans = scans.context("the log has no scans to be relaxed by")?;
     Ok(Measurement {
-        n_scans: field("scans")?.as_u64().unwrap_or(0),
+        n_scans: told(&replayed, "scans")?.as_u64().unwrap_or(0),
         replay,
         relax,
         peak_memory_mb: service.peak_memory_mb(),
@@ -75,21 +76,6 @@ pub(super) async fn measurement(
         live,
         relaxed: poses(&client, session).await?,
     })
-}
-
-/// Replays with this very binary, in a process of its own, as a user would.
-fn replay(log: &Path, options: &[String], url: &str) -> anyhow::Result<serde_json::Value> {
-    let binary = std::env::current_exe().context("cannot find this binary")?;
-    let output = Command::new(binary)
-        .arg("replay")
-        .arg(log)
-        .args(["--map", MAP, "--json", "--server", url])
-        .args(options)
-        .stderr(Stdio::inherit())
-        .output()
-        .context("cannot start the replay")?;
-    anyhow::ensure!(output.status.success(), "the replay of {} failed", log.display());
-    serde_json::from_slice(&output.stdout).context("the replay printed no JSON")
 }
 
 async fn relaxed(client: &Client) -> anyhow::Result<v1::Job> {
@@ -104,13 +90,4 @@ async fn relaxed(client: &Client) -> anyhow::Result<v1::Job> {
         anyhow::bail!("the relaxation failed: {message} ({code})");
     }
     Ok(job)
-}
-
-async fn poses(client: &Client, session: &str) -> anyhow::Result<BTreeMap<i64, Pose>> {
-    let trajectory = client.trajectory(session, 0, "robot").await?;
-    let stamped = |pose: &v1::TrajectoryPose| {
-        let v1::Pose { x_m, y_m, theta_rad } = pose.pose?;
-        Some((pose.stamp_ns, Pose::new(x_m, y_m, theta_rad)))
-    };
-    Ok(trajectory.poses.iter().filter_map(stamped).collect())
 }

@@ -2,7 +2,6 @@
 //! identities and without, against motion capture.
 
 use std::path::Path;
-use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
@@ -12,6 +11,7 @@ use tokio::time::sleep;
 use v1::create_job_request::Params;
 
 use super::super::child::ChildService;
+use super::super::replaying::{replayed, session_of};
 use super::ground_truth::{GroundTruth, TrueWay};
 use super::matching::matched;
 use super::rigid_motion::rigid_motion;
@@ -64,22 +64,10 @@ pub(super) async fn print(folder: &Path, data: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Replays one robot with this very binary, in a process of its own, as a user would.
+/// Replays one robot.
 fn replay(folder: &Path, number: u32, map: &str, url: &str) -> anyhow::Result<String> {
-    let binary = std::env::current_exe().context("cannot find this binary")?;
-    let number = number.to_string();
-    let output = Command::new(binary)
-        .arg("replay")
-        .arg(folder)
-        .args(["--source-robot", &number, "--map", map, "--json", "--server", url])
-        .stderr(Stdio::inherit())
-        .output()
-        .context("cannot start the replay")?;
-    anyhow::ensure!(output.status.success(), "the replay of robot {number} failed");
-    let told: serde_json::Value =
-        serde_json::from_slice(&output.stdout).context("the replay printed no JSON")?;
-    let session = told.get("session").and_then(serde_json::Value::as_str);
-    Ok(session.context("the replay told no session")?.to_owned())
+    let options = ["--source-robot", &number.to_string()];
+    Ok(session_of(&replayed(folder, map, &options, url)?)?.to_owned())
 }
 
 /// Runs a relax job to its end.
