@@ -34,7 +34,9 @@ struct Cut {
 
 /// Prints a row for every cut of every log, and one for all of a log.
 pub(super) async fn print(files: &[PathBuf], n_cuts: u32, data: &Path) -> anyhow::Result<()> {
-    println!("| log, cut at | verdict | accepted | margin | relations across | mean error | merge and relax |");
+    println!(
+        "| log, cut at | verdict | accepted | margin | relations across | mean error | merge and relax |"
+    );
     println!("|---|---|---|---|---|---|---|");
     let mut n_wrong = 0;
     for pair in files.chunks_exact(2) {
