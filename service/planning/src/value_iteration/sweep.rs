@@ -86,7 +86,7 @@ impl ValueIteration {
         let n = last + 1 - first;
         let of = |row: usize| row * stride + first;
         let offered = &mut self.offered[first..=last];
-        let sides = &self.closed[of(row) - 1..of(row) + n + 1];
+        let sides = &self.closed[of(row) - 1..=of(row) + n];
         offered.fill(f32::INFINITY);
         for beside in [row - 1, row + 1] {
             let from = of(beside) - 1;
