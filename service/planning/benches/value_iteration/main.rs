@@ -88,7 +88,8 @@ impl Floor {
             (from..from + DOOR).contains(&(along % ROOM))
         };
         let is_rim = x == 0 || y == 0 || x == side || y == side;
-        let is_wall = (x % ROOM == 0 && !is_door(y)) || (y % ROOM == 0 && !is_door(x));
+        let is_wall =
+            (x.is_multiple_of(ROOM) && !is_door(y)) || (y.is_multiple_of(ROOM) && !is_door(x));
         // By a fixed pattern, every tenth room.
         let (room_x, room_y) = (x / ROOM, y / ROOM);
         let is_unexplored = (room_x * 7 + room_y * 13) % 10 == 3;

@@ -124,9 +124,10 @@ fn drawn(drawing: &str) -> (GridInfo, Vec<Ground>) {
 
 fn check(iteration: &ValueIteration, ground: &[Ground], expected: &Expect) {
     let width = iteration.info().width as usize;
+    let symbols = || ('0'..='9').chain('a'..='z').zip(0_u8..);
     let symbol = |cell: usize| match iteration.value(cell) {
         _ if ground[cell].cost.is_infinite() => '#',
-        value => ('0'..='9').chain('a'..='z').nth(value as usize).unwrap_or('-'),
+        value => symbols().find(|&(_, n)| f32::from(n) == value).map_or('-', |(symbol, _)| symbol),
     };
     let rows = (0..ground.len() / width).rev();
     let rows = rows.map(|y| (0..width).map(|x| symbol(y * width + x)).collect::<String>());
@@ -149,14 +150,14 @@ fn a_door_closes_and_the_way_to_the_unexplored_is_another() {
     check(
         &iteration,
         &ground,
-        &expect![[r#"
+        &expect![[r"
             #########
             #655#210#
             #6543211#
             #655#222#
             #7###333#
             #8765444#
-            #########"#]],
+            #########"]],
     );
     let door = 4 * 9 + 4;
     ground[door].cost = f32::INFINITY;
@@ -165,14 +166,14 @@ fn a_door_closes_and_the_way_to_the_unexplored_is_another() {
     check(
         &iteration,
         &ground,
-        &expect![[r#"
+        &expect![[r"
             #########
             #ccc#210#
             #bbc#211#
             #abc#222#
             #9###333#
             #8765444#
-            #########"#]],
+            #########"]],
     );
 }
 
