@@ -57,7 +57,9 @@ proptest! {
     fn the_weakest_of_a_wrong_ring_is_not_believed(parts in poses(3), wrong in 0_usize..3) {
         let mut pairs = true_pairs(&parts, &[(0, 1), (1, 2), (2, 0)]);
         pairs[wrong].log_odds = 20.0;
-        pairs[wrong].a_from_b = pairs[wrong].a_from_b * Pose::new(6.0, 0.0, 0.0);
+        // Parts lie up to 85 m apart, and three headings are each unsure by 0.01 rad: a ring may stay open
+        // by 7 m, five deviations.
+        pairs[wrong].a_from_b = pairs[wrong].a_from_b * Pose::new(15.0, 0.0, 0.0);
         let placement = placed(3, &pairs);
         for (index, fate) in placement.pairs.iter().enumerate() {
             let is_wrong = matches!(fate, PairFate::Inconsistent { error_m, .. } if 1.0 < *error_m);
