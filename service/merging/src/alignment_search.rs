@@ -43,8 +43,8 @@ pub struct AlignmentSearch {
 /// What is being done.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Work {
-    /// The patch that is searched for next.
-    Patches(usize),
+    /// The patch that is searched for next, and the last of this round.
+    Patches(usize, usize),
     /// The peak that is refined next.
     Peaks(usize),
     /// The place that is judged next.
@@ -74,7 +74,9 @@ const N_QUARTERS: u32 = 4;
 /// Share of the walls that must run along two directions for these to say anything.
 const DIRECTED_SHARE_MIN: f64 = 0.4;
 /// Patches, those that are held best, that are searched for at all headings whatever walls say.
-const N_ANYHOW: usize = 4;
+const N_ANYHOW: usize = 2;
+/// The same if nothing was found at the headings that walls say.
+const N_AGAIN: usize = 8;
 /// Patches that a thread takes in a slice: some 10 milliseconds each.
 const N_PATCHES_A_THREAD: usize = 1;
 /// Peaks that a thread refines in a slice: a millisecond each.
@@ -107,7 +109,7 @@ impl AlignmentSearch {
             peaks: Vec::new(),
             places: Vec::new(),
             figures: SearchFigures { n_patches, by_wall_directions, ..SearchFigures::default() },
-            work: Work::Patches(0),
+            work: Work::Patches(0, n_patches),
         }
     }
 
@@ -120,14 +122,14 @@ impl AlignmentSearch {
     /// done.
     pub fn advance(&mut self) -> Option<AlignmentProgress> {
         self.work = match self.work {
-            Work::Patches(next) => self.search_some(next),
+            Work::Patches(next, end) => self.search_some(next, end),
             Work::Peaks(next) => self.refine_some(next),
             Work::Places(next) => self.judge_some(next),
             Work::Done => Work::Done,
         };
         let of = |next: usize, all: usize| next as f64 / all.max(1) as f64;
         let share = match self.work {
-            Work::Patches(next) => 0.6 * of(next, self.patches.len()),
+            Work::Patches(next, end) => 0.6 * of(next, end),
             Work::Peaks(next) => 0.6 + 0.2 * of(next, self.peaks.len()),
             Work::Places(next) => 0.8 + 0.2 * of(next, self.places.len()),
             Work::Done => return None,
@@ -137,16 +139,16 @@ impl AlignmentSearch {
         Some(AlignmentProgress { share: if is_first { 0.5 * share } else { 0.5 + 0.5 * share } })
     }
 
-    /// Searches for the next patches.
-    fn search_some(&mut self, next: usize) -> Work {
+    /// Searches for the next patches, up to the last.
+    fn search_some(&mut self, next: usize, last: usize) -> Work {
         let n_threads = self.params.n_threads;
-        let end = (next + N_PATCHES_A_THREAD * n_threads.get()).min(self.patches.len());
+        let end = (next + N_PATCHES_A_THREAD * n_threads.get()).min(last);
         let found = side_by_side(next..end, n_threads, |patch| self.peaks_of(patch));
         self.peaks.extend(found.into_iter().flatten());
-        if end < self.patches.len() {
-            return Work::Patches(end);
+        if end < last {
+            return Work::Patches(end, last);
         }
-        self.figures.n_peaks = self.peaks.len();
+        self.figures.n_peaks += self.peaks.len();
         Work::Peaks(0)
     }
 
@@ -211,7 +213,8 @@ impl AlignmentSearch {
             // Walls may have led astray: once more, at all headings.
             self.figures.by_wall_directions = false;
             self.peaks.clear();
-            return Work::Patches(N_ANYHOW.min(self.patches.len()));
+            let n_patches = self.patches.len();
+            return Work::Patches(N_ANYHOW.min(n_patches), N_AGAIN.min(n_patches));
         }
         Work::Done
     }

@@ -40,8 +40,8 @@ pub(crate) struct Testimony {
     /// Walls that lie where the other map has seen.
     pub(crate) n_known: usize,
     /// Sum of how well these agree.
-    agreeing: f64,
-    n_contradicting: usize,
+    pub(crate) agreeing: f64,
+    pub(crate) n_contradicting: usize,
 }
 
 /// What both maps' walls say of a place.

@@ -55,3 +55,44 @@ impl NearestWalls {
         walls.get(self.indices[index] as usize)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use meetpoint_geometry::{GridFrame, GridInfo};
+    use meetpoint_occupancy::{Grid, Raster};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// A free square of 4 m.
+    fn ground() -> Ground {
+        let frame = GridFrame::new(0.1).expect("a length");
+        let info = GridInfo { frame, first: Cell { x: -20, y: -20 }, width: 40, height: 40 };
+        let raster = Raster { info, log_odds: vec![-3.0; info.n_cells()] };
+        Ground::of_grid(&Grid::from_raster(&raster)).0
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        /// By the definition: of all walls the one nearest to the middle of the cell.
+        #[test]
+        fn finds_the_nearest(
+            walls in prop::collection::vec((-2.0_f64..2.0, -2.0_f64..2.0), 1..12),
+            (x, y) in (-2.0_f64..2.0, -2.0_f64..2.0),
+        ) {
+            let wall = |(x, y)| Wall { at: Point2::new(x, y), normal: None, is_one_sided: false };
+            let walls: Vec<Wall> = walls.into_iter().map(wall).collect();
+            let ground = ground();
+            let nearest = NearestWalls::new(&ground, &walls);
+            let point = Point2::new(x, y);
+            let middle = ground.info.frame.center_of(ground.info.frame.cell_at(point));
+            let distance_m = |wall: &Wall| (wall.at - middle).norm();
+            let expected_m = walls.iter().map(distance_m).fold(f64::INFINITY, f64::min);
+            match nearest.near(&ground, &walls, point) {
+                Some(found) => prop_assert!((distance_m(found) - expected_m).abs() < 1e-5),
+                None => prop_assert!(REACH_M < expected_m, "a wall {} m away", expected_m),
+            }
+        }
+    }
+}

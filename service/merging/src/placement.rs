@@ -62,13 +62,20 @@ const RING_CHI2_MAX: f64 = 25.0;
 
 /// The placement of `n_parts` parts. Alignments of parts that there are not, of a part with itself, or
 /// that are not finite, are inconsistent. Independent of the order of the alignments, but for rounding
-/// and ties.
+/// and two alignments of the same parts with the same odds.
 pub fn placed(n_parts: usize, pairs: &[PairAlignment]) -> Placement {
     let usable = |pair: &PairAlignment| {
         pair.a != pair.b && pair.a.max(pair.b) < n_parts && pair.a_from_b.is_finite()
     };
     let mut order: Vec<usize> = (0..pairs.len()).filter(|&index| usable(&pairs[index])).collect();
-    order.sort_by(|&a, &b| pairs[b].log_odds.total_cmp(&pairs[a].log_odds));
+    let rank = |index: usize| {
+        let PairAlignment { a, b, log_odds, .. } = pairs[index];
+        (log_odds, (a.min(b), a.max(b)))
+    };
+    order.sort_by(|&a, &b| {
+        let ((odds, parts), (other_odds, other_parts)) = (rank(a), rank(b));
+        other_odds.total_cmp(&odds).then(parts.cmp(&other_parts))
+    });
     let nowhere = PairFate::Inconsistent { error_m: f64::INFINITY, error_rad: f64::INFINITY };
     let mut fates = vec![nowhere; pairs.len()];
     let mut tree: BTreeMap<usize, Vec<(usize, Link)>> = BTreeMap::new();

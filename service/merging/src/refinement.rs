@@ -17,7 +17,7 @@ use crate::part::Part;
 
 /// Walls farther apart than these are not the same, in metres: gates that follow one another, as many
 /// steps each.
-const GATES_M: [f64; 3] = [REACH_M, 0.4, 0.2];
+const GATES_M: [f64; 3] = [REACH_M, 0.5, 0.4];
 /// Steps at each gate.
 const N_STEPS: u32 = 6;
 /// A step shorter than this in metres and radians changes nothing that matters.

@@ -31,3 +31,34 @@ fn lead(place: &Testimony, rival: &Testimony) -> f64 {
     })
     .sum()
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// What a wall says, or that it says nothing.
+    fn said() -> impl Strategy<Value = f32> {
+        prop_oneof![3 => -1.0_f32..1.0, 1 => Just(f32::NAN)]
+    }
+
+    fn testimony(log_odds: Vec<f32>) -> Testimony {
+        Testimony { n_known: 0, agreeing: 0.0, n_contradicting: 0, log_odds }
+    }
+
+    proptest! {
+        /// Odds of one place against another are those of the other against the one, turned round; and
+        /// where both let all walls speak, the difference of their log odds.
+        #[test]
+        fn margins_turn_round(pairs in prop::collection::vec((said(), said()), 0..40)) {
+            let (a, b): (Vec<f32>, Vec<f32>) = pairs.into_iter().unzip();
+            let both_speak = a.iter().chain(&b).all(|said| !said.is_nan());
+            let (a, b) = (testimony(a), testimony(b));
+            prop_assert!((lead(&a, &b) + lead(&b, &a)).abs() < 1e-9);
+            if both_speak {
+                prop_assert!((lead(&a, &b) - (a.sum() - b.sum())).abs() < 1e-9);
+            }
+        }
+    }
+}

@@ -107,3 +107,54 @@ pub(crate) fn main_direction(walls: &[Wall]) -> (f64, f64) {
     }
     (sum.y.atan2(sum.x) / 4.0, sum.norm() / f64::max(n, 1.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use meetpoint_geometry::{GridFrame, GridInfo};
+    use meetpoint_occupancy::{Grid, Raster};
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// The map of a half plane: free on the side to which a direction points, a wall 0.1 m deep at its
+    /// edge, unknown behind.
+    fn half_plane(direction_rad: f64) -> Vec<Wall> {
+        let frame = GridFrame::new(0.05).expect("a length");
+        let info = GridInfo { frame, first: Cell { x: -60, y: -60 }, width: 120, height: 120 };
+        let (sin, cos) = direction_rad.sin_cos();
+        let cells = (-60..60).flat_map(|y| (-60..60).map(move |x| Cell { x, y }));
+        let log_odds = cells.map(|cell| {
+            let point = frame.center_of(cell);
+            match cos * point.x + sin * point.y {
+                across_m if 0.0 <= across_m => -3.0,
+                across_m if -0.1 < across_m => 3.0,
+                _ => f32::NAN,
+            }
+        });
+        let raster = Raster { info, log_odds: log_odds.collect() };
+        let (ground, points) = Ground::of_grid(&Grid::from_raster(&raster));
+        walls(&ground, &points)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(16))]
+
+        #[test]
+        fn a_wall_faces_free_space(direction_rad in -PI..PI) {
+            let walls = half_plane(direction_rad);
+            let (sin, cos) = direction_rad.sin_cos();
+            let inner = walls.iter().filter(|wall| wall.at.coords.norm() < 2.0);
+            for wall in inner {
+                let normal = wall.normal.expect("a straight wall");
+                prop_assert!(wall.is_one_sided, "{wall:?}");
+                prop_assert!(0.95 < normal.x * cos + normal.y * sin, "{wall:?} of {direction_rad}");
+            }
+            let (found_rad, share) = main_direction(&walls);
+            let quarters = (found_rad - direction_rad) / (0.5 * PI);
+            prop_assert!((quarters - quarters.round()).abs() < 0.05, "{found_rad} of {direction_rad}");
+            prop_assert!(0.8 < share, "{share}");
+        }
+    }
+}
