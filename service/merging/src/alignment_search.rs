@@ -96,7 +96,7 @@ impl AlignmentSearch {
         params: AlignmentParams,
         rules: MergeRules,
     ) -> Self {
-        let is_enough = few_walls(&site, &newcomer, &rules).is_none();
+        let is_enough = few_walls(&site, &newcomer, rules.walls_min_m).is_none();
         let patches = if is_enough { patches(&newcomer, &params) } else { Vec::new() };
         let n_patches = patches.len();
         let by_wall_directions = is_directed(&site) && is_directed(&newcomer);
@@ -253,13 +253,13 @@ impl AlignmentSearch {
     /// What was found. Work that is left is done first.
     pub fn into_alignments(mut self) -> Alignments {
         while self.advance().is_some() {}
-        if let Some(reason) = few_walls(&self.site, &self.newcomer, &self.rules) {
+        if let Some(reason) = few_walls(&self.site, &self.newcomer, self.rules.walls_min_m) {
             return self.empty(Verdict::NotEnoughSeen, reason);
         }
         let Some(best) = self.places.first() else {
             let log_odds_min = self.rules.log_odds_proposed_min;
             let reason = Reason::NothingFits { log_odds: None, log_odds_min };
-            return self.empty(Verdict::NoOverlap, reason);
+            return self.nowhere(vec![reason], Vec::new());
         };
         let told = &self.places[..self.places.len().min(self.params.n_told_max)];
         let ranked: Vec<Alignment> = told.iter().map(|place| self.alignment(place)).collect();
@@ -276,6 +276,17 @@ impl AlignmentSearch {
             std_m: best.refined.weakest().0,
         };
         let (verdict, reasons) = judged(&standing, &self.rules);
+        if verdict == Verdict::NoOverlap {
+            return self.nowhere(reasons, ranked);
+        }
+        Alignments { verdict, reasons, ranked, figures: self.figures }
+    }
+
+    /// The newcomer fits nowhere: there is no overlap, if both have seen enough to say so.
+    fn nowhere(&self, mut reasons: Vec<Reason>, ranked: Vec<Alignment>) -> Alignments {
+        let few = few_walls(&self.site, &self.newcomer, self.rules.walls_no_overlap_min_m);
+        let verdict = if few.is_some() { Verdict::NotEnoughSeen } else { Verdict::NoOverlap };
+        reasons.splice(0..0, few);
         Alignments { verdict, reasons, ranked, figures: self.figures }
     }
 
@@ -321,8 +332,7 @@ fn is_directed(part: &Part) -> bool {
 }
 
 /// Why a map shows too few walls, if one does.
-fn few_walls(site: &Part, newcomer: &Part, rules: &MergeRules) -> Option<Reason> {
-    let walls_min_m = rules.walls_min_m;
+fn few_walls(site: &Part, newcomer: &Part, walls_min_m: f64) -> Option<Reason> {
     let reason = |is_newcomer: bool, walls_m: f64| {
         (walls_m < walls_min_m).then_some(Reason::FewWalls { is_newcomer, walls_m, walls_min_m })
     };

@@ -7,6 +7,9 @@
 pub struct MergeRules {
     /// Walls that a map must show before anything is said, in metres.
     pub walls_min_m: f64,
+    /// Walls that both maps must show before one that fits nowhere is said not to overlap, in metres:
+    /// with fewer, not even all of them agreeing would be enough to merge by.
+    pub walls_no_overlap_min_m: f64,
     /// Logarithm of the odds against no overlap that merging needs.
     pub log_odds_min: f64,
     /// The same for a proposal: below it, there is no overlap.
@@ -35,8 +38,9 @@ impl MergeRules {
     /// For 2-D lasers in buildings.
     pub const INDOOR: Self = Self {
         walls_min_m: 10.0,
+        walls_no_overlap_min_m: 60.0,
         log_odds_min: 30.0,
-        log_odds_proposed_min: 15.0,
+        log_odds_proposed_min: 8.0,
         margin_min: 6.0,
         margin_share_min: 0.1,
         overlap_min_m2: 15.0,

@@ -136,6 +136,16 @@ fn who_has_seen_little_waits() {
     }
 }
 
+/// That a room fits nowhere yet does not say that it lies nowhere.
+#[test]
+fn a_room_that_fits_nowhere_waits() {
+    let site = World::new(FLOOR).grid(0.05, Pose::IDENTITY, 0.0..12.0);
+    let newcomer = World::new(ROOM).grid(0.05, Pose::new(4.0, 4.0, 0.7), 0.0..30.0);
+    let found = aligned(&site, &newcomer, 1);
+    assert_eq!(found.verdict, Verdict::NotEnoughSeen, "{:?}", found.reasons);
+    assert!(matches!(found.reasons[0], Reason::FewWalls { .. }), "{}", found.reasons[0]);
+}
+
 #[test]
 fn a_preview_shows_both() {
     let world = World::new(FLOOR);
