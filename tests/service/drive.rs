@@ -51,6 +51,19 @@ impl SimulatedDrive {
         Self::through(&corridor_loop(), robot, seed)
     }
 
+    /// Around a block of 60 m by 20 m and on around two corners, with odometry that drifts by a degree in two metres,
+    /// and a scan every fifth of a second.
+    pub(crate) fn around_a_large_block(seed: u64) -> Self {
+        let odometry_error =
+            OdometryError { drift_rad_per_m: 0.009, ..OdometryError::UNCALIBRATED };
+        let robot = Robot { n_ticks_per_scan: 4, odometry_error, ..Robot::INDOOR };
+        let building = Building::from_drawing(&large_block(), LARGE_EDGE_M).expect("a drawing");
+        let tour = [(10.0, 1.25), (58.75, 1.25), (58.75, 18.75), (1.25, 18.75), (1.25, 1.25)];
+        let on = [(58.75, 1.25), (58.75, 18.75), (30.0, 18.75)];
+        let tour = tour.iter().chain(&on).map(|&(x_m, y_m)| Point2::new(x_m, y_m));
+        Self::through(&World { building, tours: vec![tour.collect()] }, robot, seed)
+    }
+
     fn through(world: &World, robot: Robot, seed: u64) -> Self {
         Self::by_way_of(&world.building, robot, &world.tours[0], seed)
     }
@@ -139,6 +152,13 @@ impl SimulatedDrive {
         (self.building_from_start.inverse() * truth - at).norm()
     }
 
+    /// How far a pose in the map's frame is from where the robot truly was at a stamp, in metres.
+    pub(crate) fn error_at_m(&self, stamp_ns: i64, map_from_robot: Pose) -> f64 {
+        let tick = self.ticks.iter().find(|tick| tick.stamp_ns == stamp_ns).expect("of the drive");
+        let truth = self.building_from_start.inverse() * tick.truth;
+        truth.step_to(map_from_robot).distance_m()
+    }
+
     /// The same of the scans alone, where other observations have poses too.
     pub(crate) fn mean_errors_m_of_scans(&self, trajectory: &v1::Trajectory) -> (f64, f64) {
         let mut scans = trajectory.clone();
@@ -161,6 +181,33 @@ impl SimulatedDrive {
         }
         (estimated_m / scans.len() as f64, odometry_m / scans.len() as f64)
     }
+}
+
+/// Edge of a character of the large block, in metres.
+const LARGE_EDGE_M: f64 = 0.25;
+
+/// Where the niches of a side begin, at distances that do not repeat.
+fn niches(is_first_side: bool) -> impl Iterator<Item = usize> {
+    let offset = if is_first_side { 0 } else { 5 };
+    [15, 26, 44, 51, 73, 89, 97, 120, 134, 141, 168, 175, 197, 211]
+        .into_iter()
+        .map(move |at| at + offset)
+}
+
+/// A corridor of 2 m around a block, with niches for doors here and there.
+fn large_block() -> String {
+    let (width, height, corridor) = (240, 80, 9);
+    let cell = |column: usize, row: usize| {
+        let is_end = row == 0 || row + 1 == height || column == 0 || column + 1 == width;
+        let is_block = (corridor..width - corridor).contains(&column)
+            && (corridor..height - corridor).contains(&row);
+        let is_front = row == corridor || row + corridor + 1 == height;
+        let is_niche =
+            is_front && niches(row == corridor).any(|from| (from..from + 4).contains(&column));
+        if is_end || (is_block && !is_niche) { '#' } else { '.' }
+    };
+    let row = |row: usize| (0..width).map(|column| cell(column, row)).collect::<String>();
+    (0..height).map(row).collect::<Vec<_>>().join("\n")
 }
 
 /// The velocities that lead from one tick's odometry to the next one's.

@@ -28,12 +28,18 @@ pub(crate) fn new_job(request: &v1::CreateJobRequest) -> Value {
 }
 
 fn relax_params(params: &v1::RelaxParams) -> Value {
-    let v1::RelaxParams { sessions, forget_identities, estimate_odometry, landmarks_from_grid } =
-        params;
+    let v1::RelaxParams {
+        sessions,
+        forget_identities,
+        estimate_odometry,
+        landmarks_from_grid,
+        going_on,
+    } = params;
     let mut body = json!({
         "sessions": sessions,
         "forget_identities": forget_identities,
         "landmarks_from_grid": landmarks_from_grid,
+        "going_on": going_on,
     });
     if let Some(estimate_odometry) = estimate_odometry {
         body["estimate_odometry"] = json!(estimate_odometry);
@@ -97,6 +103,7 @@ fn asked(body: &Value) -> v1::RelaxParams {
         forget_identities: truth(&body["forget_identities"]),
         estimate_odometry: present(body, "estimate_odometry").map(truth),
         landmarks_from_grid: truth(&body["landmarks_from_grid"]),
+        going_on: truth(&body["going_on"]),
     }
 }
 

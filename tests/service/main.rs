@@ -30,6 +30,7 @@ mod growing;
 mod imports;
 mod interrupted_jobs;
 mod laser_relaxing;
+mod loop_closing;
 mod maps;
 mod merging;
 mod merging_by_person;

@@ -1,6 +1,7 @@
 //! Background jobs: claimed from the database under a lease, one a map at a time, several maps' side
 //! by side.
 
+pub(crate) mod closing;
 mod drawing;
 mod merge;
 mod rebuild;
@@ -102,7 +103,11 @@ async fn done(
     claimed: &ClaimedJob,
     running: &Running<'_>,
 ) -> Result<Done, Stopped> {
-    let bench = Workbench::new(service)?;
+    let is_in_passing =
+        claimed.job.kind == RELAX && job::relax_params(&claimed.job.params)?.going_on;
+    let settings = &service.settings.jobs;
+    let share = if is_in_passing { settings.closing_cpu_share } else { settings.cpu_share };
+    let bench = Workbench::new(service, share, !is_in_passing)?;
     match claimed.job.kind.as_str() {
         REBUILD => rebuild::run(service, &claimed.job, running, &bench).await,
         RELAX => relax::run(service, &claimed.job, running, &bench).await,

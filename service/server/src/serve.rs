@@ -90,6 +90,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     let address = listener.local_addr()?;
     service.actors.start_unfinished().await.context("cannot read the maps")?;
     let working = tokio::spawn(jobs::work(service.clone()));
+    tokio::spawn(jobs::closing::watch(service.clone()));
     tokio::spawn(planning::keep_ready(service.clone()));
     tokio::spawn(merging::keep_asking(service.clone()));
     let activity = service.activity.clone();

@@ -114,6 +114,9 @@ pub struct JobSettings {
     pub n_at_once: usize,
     pub cpu_share: f64,
     pub n_threads: usize,
+    pub closing_way_m: f64,
+    pub closing_pace_max: f64,
+    pub closing_cpu_share: f64,
     pub scans_bytes_max: usize,
 }
 
@@ -264,6 +267,7 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
     ];
     let shares = [
         ("jobs.cpu_share", jobs.cpu_share),
+        ("jobs.closing_cpu_share", jobs.closing_cpu_share),
         ("merging.agreement_min", merging.agreement_min),
         ("merging.contradiction_max", merging.contradiction_max),
     ];

@@ -39,8 +39,8 @@ pub struct LaserProgress {
 /// What is told of a map.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LaserFigures {
-    /// Entropy of the grid that the poses draw.
-    pub sharpness: Sharpness,
+    /// Entropy of the grid that the poses draw; `None` where no map was drawn.
+    pub sharpness: Option<Sharpness>,
     /// Sum over all constraints of the last pose graph of the square of their residuals in units of
     /// their covariance, at these poses.
     pub chi2: f64,

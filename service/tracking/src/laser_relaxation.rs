@@ -179,12 +179,17 @@ impl LaserRelaxation {
             Work::Sweeps(sweeps, n) => self.sweep_all(sweeps, n),
             Work::Placing(drawing) => self.place_some(drawing),
             Work::After(drawing) => {
-                self.after.sharpness = Sharpness::of_grid(&drawing.grid);
+                self.after.sharpness = self.measured(&drawing);
                 Work::Done
             }
             Work::Done => Work::Done,
         };
         self.progress()
+    }
+
+    /// How sharp a map is that was drawn to be measured.
+    fn measured(&self, drawing: &Drawing) -> Option<Sharpness> {
+        self.known.is_none().then(|| Sharpness::of_grid(&drawing.grid))
     }
 
     /// Does some parts, on as many threads as there may be; results stand in their order.
@@ -226,7 +231,7 @@ impl LaserRelaxation {
         if end < self.keys.len() {
             return Work::Before(drawing, steps);
         }
-        self.before.sharpness = Sharpness::of_grid(&drawing.grid);
+        self.before.sharpness = self.measured(&drawing);
         if self.keys.len() < 2 {
             // Nothing to match: the scans stay where they are, and the map with them.
             return Work::After(drawing);

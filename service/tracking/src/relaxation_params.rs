@@ -139,13 +139,13 @@ impl LaserRelaxationParams {
         PairParams { gate_m: 0.25, turn_m: 0.1, facet_std_m: self.facet_std_m }
     }
 
-    /// The same with less patience, for what is done again and again while robots drive: one pass over
+    /// The same with less patience, for what is done again and again while robots drive: two passes over
     /// what is new, and as many sweeps over it as bring centimetres. What remains is left to a
     /// relaxation in full.
     #[must_use]
     pub fn in_passing(self) -> Self {
         Self {
-            closures: ClosureParams { n_passes_max: 1, ..self.closures },
+            closures: ClosureParams { n_passes_max: 2, ..self.closures },
             n_chain_sweeps: 1,
             n_wide_sweeps: 1,
             n_sweeps_max: 2,

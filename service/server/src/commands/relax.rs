@@ -32,6 +32,9 @@ pub struct RelaxArgs {
     /// Relax sessions with a laser by junctions, corners and dead ends of their own grids
     #[arg(long)]
     landmarks_from_grid: bool,
+    /// Go on from what the newest relaxation found: only where something is new, and much cheaper
+    #[arg(long)]
+    going_on: bool,
     /// Higher goes before other jobs: -100 to 100
     #[arg(long, default_value_t = 0, allow_negative_numbers = true)]
     priority: i32,
@@ -53,6 +56,7 @@ pub async fn run(args: RelaxArgs) -> anyhow::Result<()> {
         forget_identities: args.forget_identities,
         estimate_odometry: Some(!args.keep_odometry),
         landmarks_from_grid: args.landmarks_from_grid,
+        going_on: args.going_on,
     };
     let request = v1::CreateJobRequest {
         map: args.map,

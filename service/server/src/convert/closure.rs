@@ -61,6 +61,28 @@ pub(crate) fn found(
     })
 }
 
+/// A closure of the ledger as a job judged it, by the places of its sessions; `None` if one of them is not
+/// among these, or it cannot be read.
+pub(crate) fn known(sessions: &[SessionId], record: &ClosureRecord) -> Option<tracking::Closure> {
+    let [key] = keys_among(sessions, &[record.ends])[..] else { return None };
+    let wire = v1::Closure::decode(record.payload.as_slice()).ok()?;
+    let [xx, xy, xt, yy, yt, tt] = wire.covariance[..] else { return None };
+    let alternative = |other: &v1::ClosureAlternative| {
+        Some((pose::pose("from_to", other.from_to?).ok()?, other.score))
+    };
+    Some(tracking::Closure {
+        key,
+        from_to: pose::pose("from_to", wire.from_to?).ok()?,
+        covariance: [[xx, xy, xt], [xy, yy, yt], [xt, yt, tt]],
+        score: wire.score,
+        alternatives: wire.alternatives.iter().filter_map(alternative).collect(),
+        residual_m: wire.residual_m,
+        residual_rad: wire.residual_rad,
+        chi2: wire.chi2,
+        verdict: verdict_from_wire(wire.refusal),
+    })
+}
+
 /// The closures among `ends` whose two moments are of some sessions, by the places of these.
 pub(crate) fn keys_among(sessions: &[SessionId], ends: &[ClosureEnds]) -> Vec<ClosureKey> {
     let place = |session| sessions.iter().position(|&other| other == session);
@@ -94,6 +116,20 @@ fn verdict_to_wire(verdict: Verdict) -> (v1::ClosureVerdict, v1::ClosureRefusal)
         Verdict::Refused(Refusal::Inconsistent) => v1::ClosureRefusal::Inconsistent,
     };
     (v1::ClosureVerdict::Refused, refusal)
+}
+
+/// By why it was refused; accepted if there is no reason.
+fn verdict_from_wire(refusal: i32) -> Verdict {
+    let refusal = match v1::ClosureRefusal::try_from(refusal).unwrap_or_default() {
+        v1::ClosureRefusal::Unspecified => return Verdict::Accepted,
+        v1::ClosureRefusal::SwitchedOff => Refusal::SwitchedOff,
+        v1::ClosureRefusal::Ambiguous => Refusal::Ambiguous,
+        v1::ClosureRefusal::FewScansAgree => Refusal::FewScansAgree,
+        v1::ClosureRefusal::Contradicted => Refusal::Contradicted,
+        v1::ClosureRefusal::Unsupported => Refusal::Unsupported,
+        v1::ClosureRefusal::Inconsistent => Refusal::Inconsistent,
+    };
+    Verdict::Refused(refusal)
 }
 
 /// The same id for the same moments.

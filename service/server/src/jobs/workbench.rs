@@ -26,11 +26,12 @@ pub(super) struct Workbench {
 }
 
 impl Workbench {
-    /// Starts the thread.
+    /// Starts the thread. While anybody sends or asks, the job takes the given share of one core;
+    /// `is_shared` if its work may be shared among threads while nobody does.
     ///
     /// # Errors
     /// [`Error::Internal`] if the system has none left.
-    pub(super) fn new(service: &Service) -> Result<Self, Error> {
+    pub(super) fn new(service: &Service, cpu_share: f64, is_shared: bool) -> Result<Self, Error> {
         let (slices, waiting) = mpsc::channel::<Slice>();
         let work = move || {
             for slice in waiting {
@@ -38,12 +39,13 @@ impl Workbench {
             }
         };
         std::thread::Builder::new().name("job".to_owned()).spawn(work).map_err(Error::internal)?;
-        let settings = &service.settings.jobs;
-        let n_threads = NonZero::new(settings.n_threads).or_else(|| available_parallelism().ok());
+        let n_threads = NonZero::new(service.settings.jobs.n_threads)
+            .or_else(|| available_parallelism().ok())
+            .filter(|_| is_shared);
         Ok(Self {
             slices,
             activity: service.activity.clone(),
-            cpu_share: settings.cpu_share,
+            cpu_share,
             n_threads: n_threads.unwrap_or(NonZero::<usize>::MIN),
         })
     }

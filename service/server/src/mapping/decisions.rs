@@ -57,6 +57,11 @@ impl Decisions {
         self
     }
 
+    /// Of how many first observations of a session a relaxation has told.
+    pub(crate) fn n_relaxed(&self, session: SessionId) -> usize {
+        self.relaxations.n_poses(session)
+    }
+
     /// The place in the journal up to which decisions are in.
     pub(super) fn through(&self) -> JournalSeq {
         self.through

@@ -29,6 +29,11 @@ impl Relaxations {
         self.0.contains_key(&session)
     }
 
+    /// Of how many first observations of a session a job has told.
+    pub(super) fn n_poses(&self, session: SessionId) -> usize {
+        self.0.get(&session).map_or(0, |relaxed| relaxed.poses.len())
+    }
+
     /// The robot's pose in the session's frame at the observation of that index among those that
     /// have a pose; `None` where no job has told.
     pub(super) fn pose(&self, session: SessionId, index: u64) -> Option<Pose> {

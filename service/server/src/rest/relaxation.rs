@@ -26,21 +26,36 @@ pub(crate) struct RelaxParams {
     /// corners and dead ends of the grid about the robot, drawn of its last metres. Those that a
     /// detector saw count beside them.
     landmarks_from_grid: bool,
+    /// Whether sessions with a laser go on from what the newest relaxation found: closures are looked for
+    /// only where something is new, and only what is new is matched once more, at a small share of the
+    /// cost.
+    #[serde(default)]
+    going_on: bool,
 }
 
 impl From<v1::RelaxParams> for RelaxParams {
     fn from(wire: v1::RelaxParams) -> Self {
-        let v1::RelaxParams { sessions, forget_identities, estimate_odometry, landmarks_from_grid } =
-            wire;
-        Self { sessions, forget_identities, estimate_odometry, landmarks_from_grid }
+        let v1::RelaxParams {
+            sessions,
+            forget_identities,
+            estimate_odometry,
+            landmarks_from_grid,
+            going_on,
+        } = wire;
+        Self { sessions, forget_identities, estimate_odometry, landmarks_from_grid, going_on }
     }
 }
 
 impl From<RelaxParams> for v1::RelaxParams {
     fn from(params: RelaxParams) -> Self {
-        let RelaxParams { sessions, forget_identities, estimate_odometry, landmarks_from_grid } =
-            params;
-        Self { sessions, forget_identities, estimate_odometry, landmarks_from_grid }
+        let RelaxParams {
+            sessions,
+            forget_identities,
+            estimate_odometry,
+            landmarks_from_grid,
+            going_on,
+        } = params;
+        Self { sessions, forget_identities, estimate_odometry, landmarks_from_grid, going_on }
     }
 }
 

@@ -126,7 +126,8 @@ fn tracked_apart(log: &[LoggedScan], cut: usize) -> Result<Vec<PlacedTravel>, Bo
 }
 
 fn print_outcome(outcome: &LaserOutcome) {
-    let (before, after) = (outcome.before.sharpness, outcome.after.sharpness);
+    let [before, after] =
+        [outcome.before, outcome.after].map(|figures| figures.sharpness.unwrap_or_default());
     println!(
         "  entropy {:.4} bits a cell of {} -> {:.4} of {}; total {:.0} -> {:.0}; moved up to {:.3} m; {} closures, chi2 {:.0} -> {:.0}",
         before.mean_bits(),

@@ -3,20 +3,20 @@
 use std::time::Instant;
 
 use meetpoint_proto::v1;
-use meetpoint_storage::{SessionId, SessionRecord};
-use meetpoint_tracking::{ClosureKey, LaserOutcome, LaserProgress};
+use meetpoint_storage::{ClosureFilter, SessionId, SessionRecord};
+use meetpoint_tracking::{LaserOutcome, LaserProgress};
 
 use super::super::running::Stopped;
 use super::super::workbench::Next;
-use super::live_poses::live_poses;
+use super::live_poses::{KnownPoses, live_poses, newest_poses};
 use super::saved::Saved;
-use super::several::{self, Several};
+use super::several::{self, KnownClosures, Several};
 use super::way::Way;
 use super::{Found, REPORT_EVERY, Relaxing, SHARE_RELAXED, cannot_relax, share};
 use crate::convert::closure;
 
-/// Scans without which there is nothing to hold against another.
-const N_SCANS_MIN: usize = 2;
+/// Closures of the ledger read at a time.
+const N_CLOSURES_READ: u32 = 1000;
 /// Share of the work at which live mapping is known again.
 const SHARE_MAPPED: f64 = 0.4;
 
@@ -28,16 +28,15 @@ impl Relaxing<'_> {
         if ways.is_empty() {
             return Ok(Vec::new());
         }
-        let shares = share(saved, 0.0)..share(saved, SHARE_MAPPED);
         let wanted: Vec<(SessionId, usize)> =
             ways.iter().map(|(record, way)| (record.id, way.course.moments.len())).collect();
-        let at_work = (self.running, self.bench);
-        let live = (self.map, wanted.as_slice());
-        let live = live_poses(self.service, live, &saved.found, at_work, shares).await?;
-        let several = self.bench.slice(move || Several::new(ways, live)).await?;
-        let switched_off = self.service.store.closures_off(&self.map.id).await?;
-        let switched_off = closure::keys_among(&several.sessions(), &switched_off);
-        let outcome = self.staged(&several, switched_off, saved).await?;
+        let poses = self.poses(&wanted, saved).await?;
+        let several = self.bench.slice(move || Several::new(ways, poses)).await?;
+        if several.sessions().is_empty() {
+            return Ok(Vec::new());
+        }
+        let known = self.known_closures(&several.sessions()).await?;
+        let outcome = self.staged(&several, known, saved).await?;
         let (job, forgets_identities) = (self.job.id, self.params.forget_identities);
         let found = move || several::found(job, &several, &outcome, forgets_identities);
         let (found, closures) = self.bench.slice(found).await?;
@@ -51,6 +50,41 @@ impl Relaxing<'_> {
         Ok(found)
     }
 
+    /// Where robots were, before the relaxation: by live mapping alone, or by all that is known.
+    async fn poses(
+        &self,
+        wanted: &[(SessionId, usize)],
+        saved: &Saved,
+    ) -> Result<Vec<KnownPoses>, Stopped> {
+        let wanted = (self.map, wanted);
+        if self.params.going_on {
+            return newest_poses(self.service, wanted).await;
+        }
+        let shares = share(saved, 0.0)..share(saved, SHARE_MAPPED);
+        let at_work = (self.running, self.bench);
+        let live = live_poses(self.service, wanted, &saved.found, at_work, shares).await?;
+        let all_new = |poses| KnownPoses { poses, n_relaxed: 0 };
+        Ok(live.into_iter().map(all_new).collect())
+    }
+
+    /// What people and the newest relaxation said of closures of these sessions.
+    async fn known_closures(&self, sessions: &[SessionId]) -> Result<KnownClosures, Stopped> {
+        let store = &self.service.store;
+        let off = closure::keys_among(sessions, &store.closures_off(&self.map.id).await?);
+        if !self.params.going_on {
+            return Ok(KnownClosures { off, judged: None });
+        }
+        let (mut judged, mut after) = (Vec::new(), None);
+        loop {
+            let filter = ClosureFilter::default();
+            let page = store.closures(&self.map.id, filter, after, N_CLOSURES_READ).await?;
+            let Some(last) = page.last() else { break };
+            after = Some(last.position);
+            judged.extend(page.iter().filter_map(|record| closure::known(sessions, record)));
+        }
+        Ok(KnownClosures { off, judged: Some(judged) })
+    }
+
     /// The ways of the next sessions, as far as their scans may be in memory together.
     async fn ways(&self, saved: &Saved) -> Result<Vec<(SessionRecord, Way)>, Stopped> {
         let mut bytes_left = self.service.settings.jobs.scans_bytes_max;
@@ -58,7 +92,7 @@ impl Relaxing<'_> {
         for planned in saved.together() {
             let record = self.service.session_record(&planned.session.0.to_string()).await?;
             match self.way(&record, planned.through, Some(bytes_left)).await? {
-                Ok(way) if way.scans.len() < N_SCANS_MIN => {}
+                Ok(way) if way.scans.is_empty() => {}
                 Ok(way) => {
                     bytes_left = bytes_left.saturating_sub(way.n_scan_bytes());
                     ways.push((record, way));
@@ -81,13 +115,13 @@ impl Relaxing<'_> {
     async fn staged(
         &self,
         several: &Several,
-        switched_off: Vec<ClosureKey>,
+        known: KnownClosures,
         saved: &Saved,
     ) -> Result<LaserOutcome, Stopped> {
         let (travels, sessions) = (several.travels(), several.sessions());
         let first = sessions.first().map_or_else(String::new, |first| first.0.to_string());
         let mut pieces = self.bench.pieces(move |teller| {
-            several::relaxed(travels, &switched_off, teller.n_threads(), |progress| {
+            several::relaxed(travels, known, teller.n_threads(), |progress| {
                 teller.tell(progress).map_continue(|()| teller.n_threads())
             })
         })?;
@@ -123,15 +157,14 @@ impl Relaxing<'_> {
 fn text(told: &v1::RelaxedSession) -> String {
     let v1::ScanRelaxation { closures_accepted, closures_refused, before, after, .. } =
         told.scans.unwrap_or_default();
-    let mean_bits =
-        |sharpness: Option<v1::GridSharpness>| sharpness.unwrap_or_default().entropy_mean_bits;
+    let mean_bits = |sharpness: v1::GridSharpness| sharpness.entropy_mean_bits;
+    let sharpness = before.zip(after).map_or_else(String::new, |(before, after)| {
+        format!(" {:.4} bits a cell, {:.4} before;", mean_bits(after), mean_bits(before))
+    });
     format!(
-        "session {}: {closures_accepted} closures accepted, {closures_refused} refused; {:.4} bits a \
-         cell, {:.4} before; poses moved by up to {:.2} m",
-        told.session,
-        mean_bits(after),
-        mean_bits(before),
-        told.correction_max_m
+        "session {}: {closures_accepted} closures accepted, {closures_refused} refused;{sharpness} \
+         poses moved by up to {:.2} m",
+        told.session, told.correction_max_m
     )
 }
 

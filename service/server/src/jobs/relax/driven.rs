@@ -8,7 +8,7 @@ use meetpoint_tracking::{DrivenScan, LaserTravel, PlacedTravel, TravelOutcome};
 use super::course::Course;
 use super::finding::count;
 use super::fitted_landmarks::fitted_landmarks;
-use super::live_poses::LivePose;
+use super::live_poses::{KnownPoses, LivePose};
 use super::way::{Way, WayScan};
 use crate::convert::pose;
 use crate::convert::relaxation::RelaxedSession;
@@ -25,11 +25,13 @@ pub(super) struct Driven {
     moments: Vec<usize>,
     /// In the session's frame.
     travel: LaserTravel,
+    /// So many of its first scans have poses that an earlier relaxation found.
+    n_relaxed: usize,
 }
 
 impl Driven {
-    /// A way with the live poses of all of its moments; those without a pose are left out.
-    pub(super) fn new(way: Way, live: Vec<LivePose>) -> Self {
+    /// A way with the poses of all of its moments; those without a pose are left out.
+    pub(super) fn new(way: Way, KnownPoses { poses: live, n_relaxed }: KnownPoses) -> Self {
         let Way { mut course, lasers, scans } = way;
         course.moments.truncate(live.len());
         let has_odometry = course.has_odometry();
@@ -49,7 +51,8 @@ impl Driven {
             });
         }
         let travel = LaserTravel { lasers, scans: driven };
-        Self { course, live, moments, travel }
+        let n_relaxed = moments.partition_point(|&moment| moment < n_relaxed);
+        Self { course, live, moments, travel, n_relaxed }
     }
 
     /// What is relaxed, in the frame of the session's map.
@@ -58,7 +61,11 @@ impl Driven {
         for scan in &mut travel.scans {
             scan.map_from_robot = map_from_session * scan.map_from_robot;
         }
-        PlacedTravel::of_known_start(travel)
+        PlacedTravel { n_relaxed: self.n_relaxed, ..PlacedTravel::of_known_start(travel) }
+    }
+
+    pub(super) fn n_scans(&self) -> usize {
+        self.travel.scans.len()
     }
 
     /// Which of its scans has a stamp.
@@ -190,7 +197,7 @@ mod tests {
         let mut course = CourseReader::new(&[]).expect("no sensors").finish();
         course.moments = (0..n).map(|index| at(index).0).collect();
         let way = Way { course, lasers: Vec::new(), scans: scans.collect() };
-        Driven::new(way, (0..n).map(live).collect())
+        Driven::new(way, KnownPoses { poses: (0..n).map(live).collect(), n_relaxed: 0 })
     }
 
     #[test]

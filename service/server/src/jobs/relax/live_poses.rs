@@ -35,6 +35,41 @@ impl From<&PoseRecord> for LivePose {
     }
 }
 
+/// Where a version has the robot of a session, as far as it tells.
+#[derive(Debug, Default)]
+pub(super) struct KnownPoses {
+    pub(super) poses: Vec<LivePose>,
+    /// So many of the first of them are what a relaxation found.
+    pub(super) n_relaxed: usize,
+}
+
+/// The poses of some sessions by the newest version: relaxed as far as a relaxation has told, from there
+/// on tracked; of each at most as many as wanted.
+pub(super) async fn newest_poses(
+    service: &Service,
+    (map, wanted): (&MapRecord, &[(SessionId, usize)]),
+) -> Result<Vec<KnownPoses>, Stopped> {
+    let store = &service.store;
+    let end = store.journal_end(&map.id).await?;
+    let decisions = Decisions::load(store, &map.id, end).await?;
+    let mut known = Vec::new();
+    for &(session, n_moments) in wanted {
+        let mut of_session = KnownPoses::default();
+        while of_session.poses.len() < n_moments {
+            let (version, offset) = (map.latest_version, of_session.poses.len() as u64);
+            let page = store.trajectory(session, version, offset, N_POSES_READ).await?;
+            let Some(page) = page.filter(|page| !page.poses.is_empty()) else { break };
+            if page.origin == TrajectoryOrigin::Relaxation {
+                of_session.n_relaxed = decisions.n_relaxed(session);
+            }
+            of_session.poses.extend(page.poses.iter().map(LivePose::from));
+        }
+        of_session.poses.truncate(n_moments);
+        known.push(of_session);
+    }
+    Ok(known)
+}
+
 /// The poses of some sessions, of each at its first observations, as many as wanted, that have one, while
 /// the job's progress goes through `shares`. `found` is what the job knows of sessions before.
 pub(super) async fn live_poses(

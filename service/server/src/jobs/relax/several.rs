@@ -7,27 +7,32 @@ use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 use meetpoint_storage::{JobId, SessionId, SessionRecord};
 use meetpoint_tracking::{
-    ClosureKey, ClosureMoment, LaserOutcome, LaserProgress, LaserRelaxation, LaserRelaxationParams,
-    LaserStage, PlacedTravel,
+    Closure, ClosureKey, ClosureMoment, LaserOutcome, LaserProgress, LaserRelaxation,
+    LaserRelaxationParams, LaserStage, PlacedTravel,
 };
 
 use super::Found;
 use super::driven::{self, Driven};
 use super::finding::count;
-use super::live_poses::LivePose;
+use super::live_poses::KnownPoses;
 use super::way::Way;
 use crate::convert::closure;
 use crate::error::Error;
+
+/// Scans without which there is nothing to hold against another.
+const N_SCANS_MIN: usize = 2;
 
 /// The sessions, in the order in which they were opened.
 #[derive(Debug)]
 pub(super) struct Several(Vec<(SessionRecord, Driven)>);
 
 impl Several {
-    /// Sessions with their ways and, in the same order, live poses.
-    pub(super) fn new(ways: Vec<(SessionRecord, Way)>, live: Vec<Vec<LivePose>>) -> Self {
-        let both = ways.into_iter().zip(live);
-        Self(both.map(|((record, way), live)| (record, Driven::new(way, live))).collect())
+    /// Sessions with their ways and, in the same order, what is known of their poses. Those with too few
+    /// scans are left out.
+    pub(super) fn new(ways: Vec<(SessionRecord, Way)>, known: Vec<KnownPoses>) -> Self {
+        let both = ways.into_iter().zip(known);
+        let driven = both.map(|((record, way), known)| (record, Driven::new(way, known)));
+        Self(driven.filter(|(_, driven)| N_SCANS_MIN <= driven.n_scans()).collect())
     }
 
     /// What is relaxed, in the map's frame.
@@ -40,6 +45,15 @@ impl Several {
     }
 }
 
+/// What is known of closures when a relaxation begins.
+#[derive(Debug, Default)]
+pub(super) struct KnownClosures {
+    /// Those that people switched off.
+    pub(super) off: Vec<ClosureKey>,
+    /// What the newest relaxation judged, if this one goes on from it.
+    pub(super) judged: Option<Vec<Closure>>,
+}
+
 /// Relaxes travels slice by slice on `n_threads` threads and tells how far it is; is told in return how
 /// many the next slice may have, or to stop, which gives `None`.
 ///
@@ -47,12 +61,15 @@ impl Several {
 /// [`Error::Internal`] for parameters that nobody can draw by.
 pub(super) fn relaxed(
     travels: Vec<PlacedTravel>,
-    switched_off: &[ClosureKey],
+    known: KnownClosures,
     n_threads: NonZero<usize>,
     mut tell: impl FnMut(LaserProgress) -> ControlFlow<(), NonZero<usize>>,
 ) -> Result<Option<LaserOutcome>, Error> {
     let params = LaserRelaxationParams::INDOOR;
-    let relaxation = LaserRelaxation::new(travels, params, switched_off);
+    let relaxation = match known.judged {
+        Some(judged) => LaserRelaxation::going_on(travels, params, &known.off, judged),
+        None => LaserRelaxation::new(travels, params, &known.off),
+    };
     let mut relaxation = relaxation.map_err(|error| Error::internal(format!("{error:?}")))?;
     relaxation.use_threads(n_threads);
     while let Some(progress) = relaxation.advance() {
@@ -126,8 +143,8 @@ fn with_figures(
         closures_refused: count(n_own - n_accepted),
         chi2_before: before.chi2,
         chi2_after: after.chi2,
-        before: Some(closure::sharpness(before.sharpness)),
-        after: Some(closure::sharpness(after.sharpness)),
+        before: before.sharpness.map(closure::sharpness),
+        after: after.sharpness.map(closure::sharpness),
         ..*scans
     }
 }
