@@ -40,6 +40,11 @@ pub(crate) struct LandmarkLoop {
 
 impl LandmarkLoop {
     pub(crate) fn around_the_block() -> Self {
+        Self::from_corner(0)
+    }
+
+    /// The same way from another corner on: 0 is the map's origin.
+    pub(crate) fn from_corner(corner: usize) -> Self {
         let mut drive = Self {
             observations: Vec::new(),
             truth: Vec::new(),
@@ -47,10 +52,12 @@ impl LandmarkLoop {
             doors: Vec::new(),
         };
         let (mut truth, mut odometry) = (Pose::IDENTITY, Pose::IDENTITY);
-        drive.note(truth, odometry, Some(0));
-        for round in 0..N_ROUNDS {
+        let n_before = corner * N_DOORS / SIDES_M.len();
+        drive.note(truth, odometry, Some(n_before % N_DOORS));
+        for _ in 0..N_ROUNDS {
             let mut door = 0;
-            for side_m in SIDES_M {
+            for index in 0..SIDES_M.len() {
+                let side_m = SIDES_M[(corner + index) % SIDES_M.len()];
                 for step in 1..=side_m * N_STEPS_A_METRE {
                     let length_m = 1.0 / f64::from(N_STEPS_A_METRE);
                     truth = truth * Pose::new(length_m, 0.0, 0.0);
@@ -59,8 +66,7 @@ impl LandmarkLoop {
                     let is_door =
                         step % (6 * N_STEPS_A_METRE) == 0 || step == side_m * N_STEPS_A_METRE;
                     door += usize::from(is_door);
-                    let is_last = round + 1 == N_ROUNDS && door == N_DOORS;
-                    let name = if is_last { 0 } else { door % N_DOORS };
+                    let name = (n_before + door) % N_DOORS;
                     drive.note(truth, odometry, is_door.then_some(name));
                 }
                 for _ in 0..N_STEPS_A_TURN {

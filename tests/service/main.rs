@@ -35,6 +35,7 @@ mod maps;
 mod merging;
 mod merging_by_person;
 mod merging_interrupted;
+mod merging_landmarks;
 mod merging_live;
 mod mrclam;
 mod operation;

@@ -3,7 +3,7 @@
 use meetpoint_client::v1;
 use serde_json::{Value, json};
 
-use crate::from_json::{pose, present, real, rows, signed, text, truth, unsigned};
+use crate::from_json::{pose, present, real, rows, signed, small, text, truth, unsigned};
 
 pub(crate) fn params(params: &v1::MergeParams) -> Value {
     let v1::MergeParams { sessions, draw_only, found_map } = params;
@@ -93,6 +93,8 @@ fn alignment(body: &Value) -> v1::MergeAlignment {
         agreement: real(&body["agreement"]),
         contradiction: real(&body["contradiction"]),
         margin: present(body, "margin").map(real),
+        landmarks_matched: small(&body["landmarks_matched"]),
+        landmarks_contradicted: small(&body["landmarks_contradicted"]),
     }
 }
 

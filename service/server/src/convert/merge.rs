@@ -3,6 +3,7 @@
 use meetpoint_geometry::Pose;
 use meetpoint_merging as merging;
 use meetpoint_proto::v1;
+use meetpoint_relaxation::LandmarkAlignment;
 use meetpoint_storage::{MergeId, MergeRecord, MergeState, SessionId};
 use prost::Message;
 use uuid::{Builder, Uuid};
@@ -73,6 +74,44 @@ pub(crate) fn alignment(
         agreement: *agreement,
         contradiction: *contradiction,
         margin: *margin,
+        landmarks_matched: 0,
+        landmarks_contradicted: 0,
+    }
+}
+
+/// A place of a session, as its landmarks say.
+pub(crate) fn landmark_alignment(
+    session: SessionId,
+    onto: Option<SessionId>,
+    found: &LandmarkAlignment,
+) -> v1::MergeAlignment {
+    let LandmarkAlignment {
+        site_from_other,
+        covariance,
+        log_evidence,
+        log_odds,
+        n_matched,
+        n_contradicted,
+        overlap_m2,
+        matches: _,
+    } = found;
+    let of = |row: usize, column: usize| covariance[(row, column)];
+    let (matched, contradicted) = (*n_matched as f64, *n_contradicted as f64);
+    let n_looked_for = (matched + contradicted).max(1.0);
+    let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    v1::MergeAlignment {
+        id: alignment_id(session, onto, *site_from_other).to_string(),
+        onto_session: onto.map(|onto| onto.0.to_string()).unwrap_or_default(),
+        onto_from_session: Some(pose::to_wire(*site_from_other)),
+        covariance: vec![of(0, 0), of(0, 1), of(0, 2), of(1, 1), of(1, 2), of(2, 2)],
+        score: *log_evidence,
+        overlap_m2: *overlap_m2,
+        overlap_share: 0.0,
+        agreement: matched / n_looked_for,
+        contradiction: contradicted / n_looked_for,
+        margin: Some(*log_odds),
+        landmarks_matched: count(*n_matched),
+        landmarks_contradicted: count(*n_contradicted),
     }
 }
 

@@ -5,6 +5,7 @@
 //! is found becomes the merge of its session. What rules accept becomes entries of the journal, in one
 //! transaction with that: until then the job can be cancelled; after it the job only draws.
 
+mod constellations;
 mod findings;
 mod parts;
 mod searching;
@@ -23,7 +24,8 @@ use crate::{clock, error::Error, service::Service};
 use findings::{Asked, Findings};
 use parts::Parts;
 
-/// Share of the progress that searching is; the rest is drawing.
+/// Share of the progress at which walls were searched, and at which landmarks were; the rest is drawing.
+const SHARE_WALLS: f64 = 0.3;
 const SHARE_SEARCHED: f64 = 0.6;
 /// The layout of [`Saved`]; field numbers are kept for ever.
 const FORMAT: u32 = 1;
@@ -90,7 +92,8 @@ impl Merging<'_> {
             if parts.newcomers.is_empty() {
                 return Err(Error::NothingToMerge(self.map.id.0.clone()).into());
             }
-            let searched = self.search(&parts).await?;
+            let mut searched = self.search(&parts).await?;
+            searched.by_landmarks = self.search_landmarks(&parts).await?;
             let asked =
                 Asked { rules: &self.service.settings.merging, founds_map: self.params.found_map };
             let findings = Findings::new(&parts, &searched, &asked, known)?;

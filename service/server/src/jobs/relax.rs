@@ -15,6 +15,7 @@ mod driven;
 mod finding;
 mod fitted_landmarks;
 mod grid_landmarks;
+pub(super) mod landmark_travel;
 mod live_poses;
 mod saved;
 mod several;
@@ -146,21 +147,7 @@ impl Relaxing<'_> {
         through: u64,
         limit: Option<usize>,
     ) -> Result<Result<Way, String>, Stopped> {
-        let mut reader = WayReader::new(record, limit)?;
-        let mut from_number = 1;
-        loop {
-            let read = self.service.store.session_batches(record.id, from_number, N_BATCHES_READ);
-            let mut batches = read.await?;
-            batches.retain(|batch| batch.number <= through);
-            let Some(last) = batches.last() else { break };
-            from_number = last.number + 1;
-            let read = self.bench.slice(move || {
-                reader.read(batches)?;
-                Ok::<_, Error>(reader)
-            });
-            reader = read.await??;
-        }
-        Ok(reader.finish())
+        read_way((self.service, self.bench), record, through, limit).await
     }
 
     /// Keeps a milestone and tells its figures.
@@ -198,6 +185,30 @@ impl Relaxing<'_> {
         self.service.actors.wake(&self.job.map);
         Ok(())
     }
+}
+
+/// The way of a session out of the journal, as [`Relaxing::way`] has it.
+async fn read_way(
+    (service, bench): (&Service, &Workbench),
+    record: &SessionRecord,
+    through: u64,
+    limit: Option<usize>,
+) -> Result<Result<Way, String>, Stopped> {
+    let mut reader = WayReader::new(record, limit)?;
+    let mut from_number = 1;
+    loop {
+        let read = service.store.session_batches(record.id, from_number, N_BATCHES_READ);
+        let mut batches = read.await?;
+        batches.retain(|batch| batch.number <= through);
+        let Some(last) = batches.last() else { break };
+        from_number = last.number + 1;
+        let read = bench.slice(move || {
+            reader.read(batches)?;
+            Ok::<_, Error>(reader)
+        });
+        reader = read.await??;
+    }
+    Ok(reader.finish())
 }
 
 fn cannot_relax(record: &SessionRecord, problem: String) -> Stopped {

@@ -2,7 +2,8 @@
 
 use meetpoint_proto::v1;
 use meetpoint_storage::{
-    JobId, JobState, MapId, MergeState, NewJob, SessionFilter, SessionRecord, VersionRecord,
+    JobId, JobState, MapId, MergeState, NewJob, SessionFilter, SessionRecord, SessionState,
+    VersionRecord,
 };
 use prost::Message;
 use tokio::sync::broadcast::error::RecvError;
@@ -99,6 +100,11 @@ async fn session_has_grown(
     newest: &VersionRecord,
 ) -> Result<bool, Error> {
     let MergingSettings { way_first_m, way_again_m, n_scans_again, .. } = service.settings.merging;
+    // Landmarks have to be relaxed before they are laid on others, which takes too long to be done again and
+    // again: once, when the session has ended.
+    if record.n_scans == 0 && record.state == SessionState::Open {
+        return Ok(false);
+    }
     let merge = service.store.merge(merge::id_of(record.id)).await?;
     let (n_poses, way_m) = match &merge {
         Some(merge) if merge.state != MergeState::Open => return Ok(false),

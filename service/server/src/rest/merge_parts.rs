@@ -88,19 +88,25 @@ pub(crate) struct MergeAlignment {
     score: f64,
     /// What both observed, in square metres.
     overlap_m2: f64,
-    /// The same as a share of what the one observed that observed less.
+    /// The same as a share of what the one observed that observed less; 0 where landmarks alone tell.
     #[schema(minimum = 0, maximum = 1, example = 0.4)]
     overlap_share: f64,
-    /// Share of the walls that both observed which agree.
+    /// Share of the walls, or landmarks, that both observed which agree.
     #[schema(minimum = 0, maximum = 1, example = 0.9)]
     agreement: f64,
-    /// Share of the walls of either, where the other looked, that lie in what is free there.
+    /// Share of the walls of either, where the other looked, that lie in what is free there; of landmarks, of
+    /// those that the other did not see where it should have.
     #[schema(minimum = 0, maximum = 1, example = 0.02)]
     contradiction: f64,
-    /// Logarithm of the odds against the likeliest other place; absent if there is none.
+    /// Logarithm of the odds against the likeliest other place; absent if there is none. Of landmarks, against
+    /// all else.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     margin: Option<f64>,
+    /// Landmarks of both that are the same; 0 where walls tell.
+    landmarks_matched: u32,
+    /// Landmarks of either that the other should have seen and did not.
+    landmarks_contradicted: u32,
 }
 
 /// A decision about a merge.
@@ -206,6 +212,8 @@ impl From<v1::MergeAlignment> for MergeAlignment {
             agreement,
             contradiction,
             margin,
+            landmarks_matched,
+            landmarks_contradicted,
         } = wire;
         Self {
             id,
@@ -218,6 +226,8 @@ impl From<v1::MergeAlignment> for MergeAlignment {
             agreement,
             contradiction,
             margin,
+            landmarks_matched,
+            landmarks_contradicted,
         }
     }
 }

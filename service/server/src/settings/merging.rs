@@ -23,6 +23,7 @@ pub struct MergingSettings {
     pub agreement_min: f64,
     pub contradiction_max: f64,
     pub std_max_m: f64,
+    pub landmarks_log_odds_min: f64,
 }
 
 impl MergingSettings {

@@ -9,6 +9,7 @@ use meetpoint_storage::{NewMerge, SessionId};
 use prost::Message;
 use uuid::Uuid;
 
+use super::constellations::LandmarksFound;
 use super::parts::{Newcomer, Parts};
 use super::searching::Searched;
 use crate::clock;
@@ -62,7 +63,12 @@ impl Findings {
         let mut found = judged(parts, searched);
         let founds = founds(parts, &found, asked);
         // The oldest that has drawn anything; its frame would be the map's.
-        let founder = parts.newcomers.iter().position(|newcomer| newcomer.part.is_some());
+        let is_base = |index: usize| {
+            let found = searched.by_landmarks.get(index).and_then(Option::as_ref);
+            found.is_some_and(|found| found.is_base)
+        };
+        let founder = (0..parts.newcomers.len())
+            .find(|&index| parts.newcomers[index].part.is_some() || is_base(index));
         let founder = founder.filter(|_| parts.site.is_none());
         if let Some(index) = founder {
             found[index].alignments = vec![merge::founding(parts.newcomers[index].session)];
@@ -141,6 +147,10 @@ fn judged(parts: &Parts, searched: &Searched) -> Vec<Found> {
     let fates = fates(parts.newcomers.len(), searched);
     let of = |index: usize| {
         let newcomer = &parts.newcomers[index];
+        if let Some(Some(found)) = searched.by_landmarks.get(index) {
+            let LandmarksFound { verdict, reasons, alignments, is_base: _ } = found.clone();
+            return Found { verdict, reasons, alignments };
+        }
         let candidates = candidates(index, searched);
         let Some(best) = candidates.iter().min_by(|a, b| a.rank().total_cmp(&b.rank())) else {
             return nothing_drawn(newcomer);
@@ -289,6 +299,7 @@ mod tests {
             version: 3,
             n_scans_drawn: 9,
             has_placed: has_site,
+            starred: Vec::new(),
             site: has_site.then(part),
             newcomers: (0..n).map(newcomer).collect(),
         }
@@ -321,6 +332,7 @@ mod tests {
                 Some(found(Verdict::NoOverlap, 0.0, 1.0)),
             ],
             in_others: vec![([0, 1], found(Verdict::Merged, 5.0, 40.0))],
+            ..Searched::default()
         };
         let judged = judged(&parts(2, true), &searched);
         let expected = [v1::MergeVerdict::NoOverlap, v1::MergeVerdict::Merged];
@@ -337,6 +349,7 @@ mod tests {
                 Some(found(Verdict::Merged, 3.0, 40.0)),
             ],
             in_others: vec![([0, 1], found(Verdict::Merged, x_m, 60.0))],
+            ..Searched::default()
         };
         let merged = v1::MergeVerdict::Merged;
         let closed = judged(&parts(2, true), &ring(2.0));
@@ -351,7 +364,7 @@ mod tests {
     fn an_empty_map_takes_a_frame_where_two_meet() {
         let rules = crate::settings::read(None, std::iter::empty()).expect("compiled in").merging;
         let asked = |founds_map| Asked { rules: &rules, founds_map };
-        let alone = Searched { in_site: vec![None], in_others: Vec::new() };
+        let alone = Searched { in_site: vec![None], in_others: Vec::new(), ..Searched::default() };
         let one = parts(1, false);
         let judged_alone = judged(&one, &alone);
         assert_eq!(verdicts(&judged_alone), [v1::MergeVerdict::NotEnoughSeen], "nothing there");
@@ -360,6 +373,7 @@ mod tests {
         let two = Searched {
             in_site: vec![None, None],
             in_others: vec![([0, 1], found(Verdict::Merged, 5.0, 40.0))],
+            ..Searched::default()
         };
         let mut both = parts(2, false);
         let judged_both = judged(&both, &two);

@@ -4,7 +4,10 @@ use std::sync::Arc;
 
 use meetpoint_merging::{AlignmentParams, Part};
 use meetpoint_occupancy::Grid;
+use meetpoint_proto::v1;
 use meetpoint_storage::{MergeState, SessionFilter, SessionId, SessionRecord};
+
+use v1::sensor::Kind;
 
 use super::super::running::Stopped;
 use super::Merging;
@@ -27,6 +30,9 @@ pub(super) struct Parts {
     pub(super) site: Option<Arc<Part>>,
     /// Those that are asked for, in the order in which they were opened.
     pub(super) newcomers: Vec<Newcomer>,
+    /// Sessions that detect landmarks and saw no walls, newcomers or placed, in the order in which they
+    /// were opened.
+    pub(super) starred: Vec<SessionRecord>,
 }
 
 /// What is drawn in the frame of a session that is not placed.
@@ -61,10 +67,16 @@ impl Parts {
             has_placed: false,
             site: part(merging, version.number, None).await?,
             newcomers: Vec::new(),
+            starred: Vec::new(),
         };
         for record in sessions(merging).await? {
             parts.has_placed |= record.frame.is_none();
             let is_asked = asked.is_empty() || asked.contains(&record.id);
+            let is_looked_at =
+                record.frame.is_none() || (is_asked && record.frame == Some(record.id));
+            if is_looked_at && is_starred(&record)? {
+                parts.starred.push(record.clone());
+            }
             if !is_asked || record.frame != Some(record.id) {
                 continue;
             }
@@ -81,6 +93,13 @@ impl Parts {
         }
         Ok(parts)
     }
+}
+
+/// True if a session detects landmarks and saw no walls.
+fn is_starred(record: &SessionRecord) -> Result<bool, Error> {
+    let sensors = session::declaration(&record.declaration)?.sensors;
+    let detects = |sensor: &v1::Sensor| matches!(sensor.kind, Some(Kind::LandmarkDetector(_)));
+    Ok(record.n_scans == 0 && sensors.iter().any(detects))
 }
 
 /// All sessions of the map, in the order in which they were opened.

@@ -11,8 +11,9 @@ use meetpoint_merging::{
 
 use super::super::running::Stopped;
 use super::super::workbench::Next;
+use super::constellations::LandmarksFound;
 use super::parts::Parts;
-use super::{Merging, SHARE_SEARCHED};
+use super::{Merging, SHARE_WALLS};
 use crate::jobs::relax::REPORT_EVERY;
 
 /// What was found of the newcomers.
@@ -22,6 +23,8 @@ pub(super) struct Searched {
     pub(super) in_site: Vec<Option<Alignments>>,
     /// Where a newcomer lies in an older one: their numbers, the older first.
     pub(super) in_others: Vec<([usize; 2], Alignments)>,
+    /// What landmarks say of each newcomer; `None` of those that saw walls, or nothing.
+    pub(super) by_landmarks: Vec<Option<LandmarksFound>>,
 }
 
 impl Searched {
@@ -89,7 +92,7 @@ impl Merging<'_> {
                 Next::Done(found) => return found.ok_or(Stopped::Left),
             };
             if REPORT_EVERY <= reported.elapsed() {
-                let progress = SHARE_SEARCHED * (begin + extent * share).clamp(0.0, 1.0);
+                let progress = SHARE_WALLS * (begin + extent * share).clamp(0.0, 1.0);
                 self.running.progress(progress, None).await?;
                 reported = Instant::now();
             }
