@@ -20,7 +20,7 @@ const N_STEPS_A_TURN: u32 = 6;
 /// Times around.
 const N_ROUNDS: usize = 2;
 /// Doors on the way around: one 6 m into each side, and one at its end.
-const N_DOORS: usize = 8;
+pub(crate) const N_DOORS: usize = 8;
 /// What the odometry turns too far, in radians a metre: 55 degrees over the whole drive.
 const DRIFT_RAD_PER_M: f64 = 0.012;
 /// Of each metre it tells so much.
@@ -77,6 +77,16 @@ impl LandmarkLoop {
             }
         }
         drive
+    }
+
+    /// The same, past doors that all look alike.
+    pub(crate) fn past_nameless_doors(mut self) -> Self {
+        for seen in self.observations.iter_mut().filter_map(|it| it.kind.as_mut()) {
+            if let Kind::LandmarkSighting(sighting) = seen {
+                sighting.identity = None;
+            }
+        }
+        self
     }
 
     fn note(&mut self, truth: Pose, odometry: Pose, door: Option<usize>) {

@@ -6,5 +6,5 @@ mod pose;
 
 pub use angle::{angle_between, wrap_angle};
 pub use grid_frame::{Cell, GridFrame, GridInfo, InvalidResolution};
-pub use nalgebra::{Point2, Vector2};
+pub use nalgebra::{Point2, Rotation2, Vector2};
 pub use pose::Pose;

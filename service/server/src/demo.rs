@@ -18,7 +18,7 @@ use crate::commands::{map, serve::asked_to_stop};
 use crate::serve::{self, Running};
 use crate::settings;
 use accuracy::Accuracy;
-pub(crate) use drives::{SimulatedDrive, simulate as simulate_office};
+pub(crate) use drives::{SimulatedDrive, simulate as simulate_office, simulated};
 
 /// The map that the robots draw.
 const MAP: &str = "office";

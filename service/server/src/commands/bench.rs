@@ -2,7 +2,9 @@
 
 mod accuracy;
 mod child;
+mod ground_truth;
 mod ingest;
+mod matching;
 mod merge;
 mod percentile;
 mod poses;
@@ -10,6 +12,7 @@ mod queries;
 mod relations;
 mod relaxation;
 mod replaying;
+mod rigid_motion;
 mod robots;
 
 /// Options of `meetpoint bench`.

@@ -30,9 +30,9 @@ pub(crate) struct SimulatedDrive {
     /// Whether it knows.
     is_start_known: bool,
     /// Metres that it truly drives.
-    pub(super) length_m: f64,
+    pub(crate) length_m: f64,
     /// Seconds that it takes.
-    pub(super) duration_s: f64,
+    pub(crate) duration_s: f64,
     /// The laser, as the session declares it.
     pub(super) sensor: v1::Sensor,
     /// What it sends, numbered from 1.
@@ -42,6 +42,16 @@ pub(crate) struct SimulatedDrive {
 }
 
 impl SimulatedDrive {
+    /// The same of a robot that does not know where it starts.
+    pub(crate) fn of_unknown_start(self) -> Self {
+        Self { is_start_known: false, ..self }
+    }
+
+    /// Where the robot truly was at a scan, by its stamp in nanoseconds.
+    pub(crate) fn truth(&self, stamp_ns: i64) -> Option<Pose> {
+        self.moments.get(&stamp_ns).map(|moment| moment.map_from_robot)
+    }
+
     /// Opens the session that the drive belongs to.
     pub(crate) fn open_request(&self, map: &str, client_key: &str) -> v1::OpenSessionRequest {
         let kind = if self.is_start_known {
@@ -103,10 +113,16 @@ pub(super) fn simulate_newcomer(seed: u64) -> Option<SimulatedDrive> {
     let places = office.building.places(NEWCOMERS_WAY)?;
     let drive = Drive::new(&office.building, robot, &places, START_NS, rng())?;
     let drive = simulated(number, &robot, drive, map_from_building);
-    Some(SimulatedDrive { is_start_known: false, ..drive })
+    Some(drive.of_unknown_start())
 }
 
-fn simulated(number: u32, robot: &Robot, drive: Drive, map_from_building: Pose) -> SimulatedDrive {
+/// What a robot of that number does on a drive; it knows where it starts.
+pub(crate) fn simulated(
+    number: u32,
+    robot: &Robot,
+    drive: Drive,
+    map_from_building: Pose,
+) -> SimulatedDrive {
     let length_m = drive.length_m();
     let map_from_start = map_from_building * drive.truth();
     let ticks: Vec<Tick> = drive.collect();

@@ -1,10 +1,10 @@
 //! `relax`: where robots had been and where the landmarks are that they saw.
 //!
-//! Sessions with a laser are relaxed together, by their scans; each of the others is a travel of its own,
-//! relaxed by the landmarks along it. What is found of a session, the robot's pose at each of its observations and the landmarks, becomes one entry of the
-//! journal: from there on it is a decision like those of people, and the map is drawn by it now and
-//! whenever it is drawn again. Until that entry is written the job can be cancelled; after it the job
-//! only draws.
+//! Sessions with a laser are relaxed together, by their scans; each of the others is relaxed by the landmarks
+//! along it, and then all of these are fitted with the landmarks that they share. What is found of a session,
+//! the robot's pose at each of its observations and the landmarks, becomes one entry of the journal: from
+//! there on it is a decision like those of people, and the map is drawn by it now and whenever it is drawn
+//! again. Until that entry is written the job can be cancelled; after it the job only draws.
 
 mod bending;
 mod by_landmarks;
@@ -14,6 +14,7 @@ mod course;
 mod driven;
 mod finding;
 mod fitted_landmarks;
+mod fitted_together;
 mod grid_landmarks;
 pub(super) mod landmark_travel;
 mod live_poses;
@@ -42,6 +43,7 @@ use crate::convert::relaxation::RelaxedSession;
 use crate::convert::{closure, relaxation};
 use crate::{clock, error::Error, service::Service};
 use choice::choice;
+use fitted_together::Past;
 use saved::{Method, Saved};
 use way::{Way, WayReader};
 
@@ -62,9 +64,12 @@ pub(super) async fn run(
     let map = service.map_record(&job.map.0).await?;
     let params = job::relax_params(&job.params)?;
     let relaxing = Relaxing { service, job, map: &map, params: &params, running, bench };
-    let mut saved = relaxing.begun().await?;
+    let (mut saved, mut past) = (relaxing.begun().await?, Vec::new());
     while saved.n_done < saved.sessions.len() {
-        relaxing.relax_next(&mut saved).await?;
+        relaxing.relax_next(&mut saved, &mut past).await?;
+    }
+    if !saved.is_decided {
+        relaxing.fit_together(&mut saved, past).await?;
     }
     if saved.found.is_empty() {
         return Err(Error::NothingToRelax(map.id.0).into());
@@ -113,7 +118,7 @@ impl Relaxing<'_> {
     }
 
     /// Relaxes the next sessions, or goes on with them, and leaves what was found in `saved`.
-    async fn relax_next(&self, saved: &mut Saved) -> Result<(), Stopped> {
+    async fn relax_next(&self, saved: &mut Saved, past: &mut Vec<Past>) -> Result<(), Stopped> {
         let together = saved.together();
         let n_together = together.len();
         let planned = together[0];
@@ -125,7 +130,7 @@ impl Relaxing<'_> {
             let limit = keeps_scans.then_some(self.service.settings.jobs.scans_bytes_max);
             let way = self.way(&record, planned.through, limit).await?;
             let way = way.map_err(|problem| cannot_relax(&record, problem))?;
-            self.relax_by_landmarks(&record, way, saved).await?.into_iter().collect()
+            self.relax_by_landmarks(&record, way, saved, past).await?.into_iter().collect()
         };
         for (kept, told) in found {
             saved.found.push(kept);

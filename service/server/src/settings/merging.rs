@@ -24,6 +24,7 @@ pub struct MergingSettings {
     pub contradiction_max: f64,
     pub std_max_m: f64,
     pub landmarks_log_odds_min: f64,
+    pub landmarks_accepts_nameless: bool,
 }
 
 impl MergingSettings {

@@ -17,12 +17,22 @@ pub(super) struct ChildService {
 impl ChildService {
     /// Starts this very binary on a free port, with its data in a new folder below `parent`.
     pub(super) fn start(parent: &Path, name: &str) -> anyhow::Result<Self> {
+        Self::start_with(parent, name, &[])
+    }
+
+    /// The same with settings by their environment variables.
+    pub(super) fn start_with(
+        parent: &Path,
+        name: &str,
+        settings: &[(&str, &str)],
+    ) -> anyhow::Result<Self> {
         let data = parent.join(format!("meetpoint-bench-{}-{name}", std::process::id()));
         let binary = std::env::current_exe().context("cannot find this binary")?;
         let mut process = Command::new(binary)
             .args(["serve", "--port", "0", "--data"])
             .arg(&data)
             .env("RUST_LOG", "warn")
+            .envs(settings.iter().copied())
             .stdout(Stdio::piped())
             .spawn()
             .context("cannot start the service")?;

@@ -1,15 +1,12 @@
 //! `meetpoint bench relaxation`: what relaxation makes of data whose truth is known, and what it costs.
 
 mod beside;
-mod ground_truth;
 mod iterations;
 mod judgement;
-mod matching;
 mod mrclam;
 mod paper;
 mod plain_em;
 mod relaxed;
-mod rigid_motion;
 mod simulated;
 mod time;
 mod worlds;

@@ -7,8 +7,8 @@
 use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{
-    AlignmentParams, Constellation, LandmarkAlignment, LandmarkAlignments, Placed, Travel, aligned,
-    joint,
+    AlignmentParams, Constellation, LandmarkAlignment, LandmarkAlignments, LandmarkKind, Placed,
+    Travel, aligned, joint,
 };
 use meetpoint_storage::{SessionId, SessionRecord};
 
@@ -19,8 +19,9 @@ use super::{Merging, SHARE_SEARCHED, SHARE_WALLS};
 use crate::convert::merge;
 use crate::settings::MergingSettings;
 
-/// A detector that sees no farther is a button that a person presses, in metres.
-const BUTTON_RANGE_MAX_M: f64 = 1.0;
+/// Landmarks with names that two sessions must have in common to be merged by names: they say where it is
+/// and which way it looks.
+const N_NAMED_MIN: usize = 2;
 
 /// What landmarks say of one newcomer.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +48,15 @@ struct Starred {
 struct Limits {
     log_odds_min: f64,
     contradiction_max: f64,
+    /// Whether landmarks without names are enough to merge by.
+    accepts_nameless: bool,
+}
+
+/// What is found of a session among those that lie in the base.
+struct Judged {
+    alignments: LandmarkAlignments,
+    /// Landmarks with a name among those that are one in the best of them.
+    n_named: usize,
 }
 
 impl Merging<'_> {
@@ -86,6 +96,7 @@ fn limits(settings: &MergingSettings) -> Limits {
     Limits {
         log_odds_min: settings.landmarks_log_odds_min,
         contradiction_max: settings.contradiction_max,
+        accepts_nameless: settings.landmarks_accepts_nameless,
     }
 }
 
@@ -96,26 +107,26 @@ fn found(mut starred: Vec<Starred>, n: usize, limits: Limits) -> Vec<Option<Land
     loop {
         let Some((site, params)) = site(&starred) else { return all };
         let rest = starred.iter().enumerate().filter(|(_, it)| it.base_from_session.is_none());
-        let judged: Vec<(usize, LandmarkAlignments)> = rest
+        let judged: Vec<(usize, Judged)> = rest
             .map(|(index, it)| {
                 let own = Constellation::of(&it.past.travel, &it.past.outcome);
-                (index, aligned(&site, &own, &params))
+                (index, Judged::new(aligned(&site, &own, &params), &site))
             })
             .collect();
-        let log_odds = |found: &LandmarkAlignments| found.ranked.first().map(|it| it.log_odds);
+        let log_odds = |found: &Judged| found.alignments.ranked.first().map(|it| it.log_odds);
         let sure = judged.iter().filter(|(_, it)| verdict(it, limits) == v1::MergeVerdict::Merged);
         let surest = sure.max_by(|a, b| {
             let [a, b] = [a, b].map(|(_, it)| log_odds(it).unwrap_or(f64::NEG_INFINITY));
             a.total_cmp(&b)
         });
-        let Some((index, alignments)) = surest else {
-            for (index, alignments) in &judged {
-                tell(&starred[*index], base, alignments, limits, &mut all);
+        let Some((index, surest)) = surest else {
+            for (index, judged) in &judged {
+                tell(&starred[*index], base, judged, limits, &mut all);
             }
             return all;
         };
-        tell(&starred[*index], base, alignments, limits, &mut all);
-        let at = alignments.ranked.first().map(|best| best.site_from_other);
+        tell(&starred[*index], base, surest, limits, &mut all);
+        let at = surest.alignments.ranked.first().map(|best| best.site_from_other);
         starred[*index].base_from_session = at;
     }
 }
@@ -148,9 +159,7 @@ fn site(starred: &[Starred]) -> Option<(Constellation, AlignmentParams)> {
         })
         .collect();
     let travels: Vec<&Travel> = placed.iter().map(|it| it.travel).collect();
-    let range_m = travels.iter().map(|it| it.detector.range_max_m).fold(0.0, f64::max);
-    let is_button = range_m <= BUTTON_RANGE_MAX_M;
-    let params = if is_button { AlignmentParams::BUTTON } else { AlignmentParams::CAMERA };
+    let params = AlignmentParams::of_travels(travels.iter().copied());
     let outcome = joint(&placed, &params)?;
     Some((Constellation::of_joint(&travels, &outcome), params))
 }
@@ -159,12 +168,12 @@ fn site(starred: &[Starred]) -> Option<(Constellation, AlignmentParams)> {
 fn tell(
     starred: &Starred,
     base: Option<SessionId>,
-    found: &LandmarkAlignments,
+    found: &Judged,
     limits: Limits,
     all: &mut [Option<LandmarksFound>],
 ) {
     let Some(index) = starred.newcomer else { return };
-    let alignments = found.ranked.iter();
+    let alignments = found.alignments.ranked.iter();
     all[index] = Some(LandmarksFound {
         verdict: verdict(found, limits),
         reasons: reasons(found, limits),
@@ -181,7 +190,27 @@ fn contradiction(of: &LandmarkAlignment) -> f64 {
     contradicted / (matched + contradicted).max(1.0)
 }
 
-fn verdict(found: &LandmarkAlignments, limits: Limits) -> v1::MergeVerdict {
+impl Judged {
+    fn new(alignments: LandmarkAlignments, site: &Constellation) -> Self {
+        let best = alignments.ranked.first();
+        let matches = best.map_or(&[][..], |best| &best.matches);
+        let named = matches.iter().filter(|(of_site, _)| {
+            site.stars
+                .get(*of_site)
+                .is_some_and(|star| matches!(star.kind, LandmarkKind::Identity(_)))
+        });
+        Self { n_named: named.count(), alignments }
+    }
+
+    /// Whether something that no other place has says that it is this place.
+    fn is_named(&self) -> bool {
+        N_NAMED_MIN <= self.n_named
+    }
+}
+
+fn verdict(found: &Judged, limits: Limits) -> v1::MergeVerdict {
+    let is_enough = limits.accepts_nameless || found.is_named();
+    let found = &found.alignments;
     let Some(best) = found.ranked.first().filter(|_| found.is_enough) else {
         return if found.is_enough {
             v1::MergeVerdict::NoOverlap
@@ -189,18 +218,19 @@ fn verdict(found: &LandmarkAlignments, limits: Limits) -> v1::MergeVerdict {
             v1::MergeVerdict::NotEnoughSeen
         };
     };
-    if best.log_evidence <= 0.0 {
+    if best.log_evidence < -limits.log_odds_min {
         v1::MergeVerdict::NoOverlap
     } else if best.log_odds < limits.log_odds_min {
         v1::MergeVerdict::Ambiguous
-    } else if limits.contradiction_max < contradiction(best) {
+    } else if limits.contradiction_max < contradiction(best) || !is_enough {
         v1::MergeVerdict::Proposed
     } else {
         v1::MergeVerdict::Merged
     }
 }
 
-fn reasons(found: &LandmarkAlignments, limits: Limits) -> Vec<String> {
+fn reasons(judged: &Judged, limits: Limits) -> Vec<String> {
+    let found = &judged.alignments;
     let Some(best) = found.ranked.first().filter(|_| found.is_enough) else {
         let text = if found.is_enough {
             "its landmarks fit nowhere"
@@ -209,7 +239,7 @@ fn reasons(found: &LandmarkAlignments, limits: Limits) -> Vec<String> {
         };
         return vec![text.to_owned()];
     };
-    let Limits { log_odds_min, contradiction_max } = limits;
+    let Limits { log_odds_min, contradiction_max, accepts_nameless } = limits;
     let (log_odds, share) = (best.log_odds, 100.0 * contradiction(best));
     let mut reasons = vec![format!(
         "{} landmarks are the same, {} should have been seen and were not ({share:.0} %, allowed are {:.0} %)",
@@ -218,6 +248,13 @@ fn reasons(found: &LandmarkAlignments, limits: Limits) -> Vec<String> {
         100.0 * contradiction_max
     )];
     reasons.push(format!("log odds {log_odds:.1} against all else, needed are {log_odds_min:.1}"));
+    if !accepts_nameless && !judged.is_named() {
+        reasons.push(format!(
+            "{} of them have names, {N_NAMED_MIN} are needed: landmarks that look alike may look so \
+             elsewhere too, so that a person has to know that this is the place",
+            judged.n_named
+        ));
+    }
     if found.is_repeated {
         reasons
             .push("such a pattern is repeated there: it may be a place nobody has seen".to_owned());

@@ -10,6 +10,7 @@ use super::super::running::Stopped;
 use super::super::workbench::{Next, Teller};
 use super::course::Course;
 use super::finding::finding;
+use super::fitted_together::Past;
 use super::grid_landmarks::{self, Told, with_grid_landmarks};
 use super::saved::{Kept, Method, Saved, UnderWay};
 use super::solver::{Milestone, Piece, Reckoning, relaxed};
@@ -23,12 +24,14 @@ const N_SIGHTINGS_MIN: usize = 2;
 const SHARE_GRIDS: f64 = 0.3;
 
 impl Relaxing<'_> {
-    /// Relaxes a session by the landmarks along it; `None` if too little was seen.
+    /// Relaxes a session by the landmarks along it; `None` if too little was seen. What it went past is
+    /// kept in `past`, unless it was found in grids.
     pub(super) async fn relax_by_landmarks(
         &self,
         record: &SessionRecord,
         way: Way,
         saved: &mut Saved,
+        past: &mut Vec<Past>,
     ) -> Result<Option<Found>, Stopped> {
         if !way.course.has_odometry() {
             return Ok(None);
@@ -44,8 +47,17 @@ impl Relaxing<'_> {
         let under_way = saved.under_way.clone();
         let found = self.relax(record, &stations, (under_way, begun), saved).await?;
         let (job, record) = (self.job.id, record.clone());
-        let finding = self.bench.slice(move || finding(job, &record, (&course, &stations), &found));
-        Ok(Some(finding.await?))
+        let (found, alone) = self
+            .bench
+            .slice(move || {
+                let finding = finding(job, &record, (&course, &stations), &found);
+                (finding, Past { record, course, stations, outcome: found })
+            })
+            .await?;
+        if !is_by_grid {
+            past.push(alone);
+        }
+        Ok(Some(found))
     }
 
     /// The course with what the grid about the robot shows along it.

@@ -42,16 +42,28 @@ pub(in crate::jobs) async fn landmark_travel(
     if !way.course.has_odometry() {
         return Ok(None);
     }
-    let travel = names.renamed(stations(&way.course, false));
+    let travel = names.renamed(&stations(&way.course, false));
+    let shares = [begin, extent];
+    let outcome = relaxed_alone(&travel, Reckoning::Odometry, (running, bench), shares).await?;
+    Ok(outcome.map(|outcome| LandmarkTravel { travel, outcome }))
+}
+
+/// Relaxes a travel while the job goes through a share of its work: where that begins, and how much it is.
+/// `None` if nothing fits it.
+pub(super) async fn relaxed_alone(
+    travel: &Travel,
+    reckoning: Reckoning,
+    (running, bench): (&Running<'_>, &Workbench),
+    [begin, extent]: [f64; 2],
+) -> Result<Option<Outcome>, Stopped> {
     let work = travel.clone();
-    let mut pieces = bench.pieces(move |teller| {
-        relaxed(&work, Reckoning::Odometry, None, |piece| teller.tell(piece))
-    })?;
+    let mut pieces =
+        bench.pieces(move |teller| relaxed(&work, reckoning, None, |piece| teller.tell(piece)))?;
     let mut reported = Instant::now();
     loop {
         let Piece { share, milestone: _ } = match pieces.next().await? {
             Next::Piece(piece) => piece,
-            Next::Done(Ok(Some(outcome))) => return Ok(Some(LandmarkTravel { travel, outcome })),
+            Next::Done(Ok(Some(outcome))) => return Ok(Some(outcome)),
             Next::Done(Ok(None)) => return Err(Stopped::Left),
             Next::Done(Err(_)) => return Ok(None),
         };
@@ -64,8 +76,9 @@ pub(in crate::jobs) async fn landmark_travel(
 
 impl LandmarkNames {
     /// A travel whose types and identities have the numbers that all sessions share.
-    fn renamed(&mut self, stations: Stations) -> Travel {
-        let Stations { mut travel, places: _, types, identities } = stations;
+    pub(super) fn renamed(&mut self, stations: &Stations) -> Travel {
+        let Stations { travel, places: _, types, identities } = stations;
+        let mut travel = travel.clone();
         let types = numbers(&mut self.types, types);
         let identities = numbers(&mut self.identities, identities);
         let renamed = |numbers: &[u32], number: u32| {
@@ -81,14 +94,14 @@ impl LandmarkNames {
 }
 
 /// The numbers of these names among all, to which new ones are added.
-fn numbers(all: &mut Vec<String>, names: Vec<String>) -> Vec<u32> {
-    let mut number = |name: String| {
-        let known = all.iter().position(|known| *known == name);
+fn numbers(all: &mut Vec<String>, names: &[String]) -> Vec<u32> {
+    let mut number = |name: &String| {
+        let known = all.iter().position(|known| known == name);
         let index = known.unwrap_or_else(|| {
-            all.push(name);
+            all.push(name.clone());
             all.len() - 1
         });
         u32::try_from(index).unwrap_or(u32::MAX)
     };
-    names.into_iter().map(&mut number).collect()
+    names.iter().map(&mut number).collect()
 }

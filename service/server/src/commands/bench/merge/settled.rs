@@ -20,7 +20,7 @@ pub(super) async fn settle(client: &Client, map: &str) -> anyhow::Result<()> {
 }
 
 /// Waits until no job of a map is left; an error if one failed.
-async fn wait(client: &Client, map: &str) -> anyhow::Result<()> {
+pub(super) async fn wait(client: &Client, map: &str) -> anyhow::Result<()> {
     loop {
         let jobs = client.map_jobs(map).await?;
         for job in &jobs {

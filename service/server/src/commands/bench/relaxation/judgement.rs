@@ -3,7 +3,7 @@
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_relaxation::Outcome;
 
-use super::rigid_motion::rigid_motion;
+use super::super::rigid_motion::rigid_motion;
 use super::simulated::Simulated;
 
 /// How wrong an outcome is. All lengths after the rigid motion that takes the landmarks nearest to

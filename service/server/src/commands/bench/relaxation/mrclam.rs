@@ -11,10 +11,10 @@ use tokio::time::sleep;
 use v1::create_job_request::Params;
 
 use super::super::child::ChildService;
+use super::super::ground_truth::{GroundTruth, TrueWay};
+use super::super::matching::matched;
 use super::super::replaying::{replayed, session_of};
-use super::ground_truth::{GroundTruth, TrueWay};
-use super::matching::matched;
-use super::rigid_motion::rigid_motion;
+use super::super::rigid_motion::rigid_motion;
 
 /// Between two looks at whether a job is done.
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
