@@ -44,6 +44,7 @@ mod rejections;
 mod relaxing;
 mod replay;
 mod sessions;
+mod sonar;
 mod storage_faults;
 mod stream;
 mod watching;

@@ -1,7 +1,8 @@
 //! Occupancy of space, in log-odds, as a map of tiles that grows where it is observed.
 //!
 //! Each reading adds its evidence to the log-odds of the cells that it observes (Thrun 1998,
-//! eq. (1)), which first decay towards the prior (section 2.4). Tiles are shared until written to,
+//! eq. (1)), which first decay towards the prior (section 2.4). What a laser looks at is the laser's:
+//! sonar says nothing of it any more (`sonar/drawing.rs`). Tiles are shared until written to,
 //! so that a snapshot of the whole grid costs one pointer a tile.
 
 use std::collections::BTreeMap;
@@ -168,6 +169,7 @@ fn integrate_tile(
                 Mark::Hit => model.log_odds_hit,
             };
             let index = row * 64 + column;
+            tile.forget_heard(index);
             tile.set_log_odds(index, model.updated(tile.log_odds()[index], evidence));
             if tile.hit_mean(index).is_some() {
                 changed.push(cell_of(tile_index, index));

@@ -8,8 +8,11 @@ pub const TILE_CELLS: i32 = 64;
 /// Cells of a tile.
 const N_CELLS: usize = 64 * 64;
 
-/// First byte of a stored tile: the format that follows.
+/// First byte of a stored tile in which no cell was heard only: the format that follows.
 const FORMAT: u8 = 1;
+
+/// First byte of a stored tile with such cells.
+const FORMAT_HEARD: u8 = 2;
 
 /// The bits of "never observed": one NaN of all, so that equal tiles are equal bytes.
 const NEVER_OBSERVED: f32 = f32::NAN;
@@ -38,6 +41,9 @@ impl HitMean {
     /// No hit yet. Real means have both coordinates in 1..=255.
     const NONE: Self = Self { x: 0, y: 0 };
 
+    /// No laser ever looked at the cell; what is known of it was heard.
+    const HEARD: Self = Self { x: 0, y: 1 };
+
     /// Share of the cell's edge from its lower-left corner, in (0, 1), along x and y.
     #[inline]
     pub fn offset(self) -> (f32, f32) {
@@ -64,7 +70,8 @@ fn hit_step(share: f32) -> u8 {
 pub struct Tile {
     /// Row-major along +x, the lowest row first. Invariant: [`NEVER_OBSERVED`] or not NaN.
     log_odds: Box<[f32; N_CELLS]>,
-    /// Same order. Invariant: [`HitMean::NONE`] where never hit, else both coordinates positive.
+    /// Same order. Invariant: [`HitMean::NONE`] or [`HitMean::HEARD`] where never hit, else both
+    /// coordinates positive.
     hits: Box<[HitMean; N_CELLS]>,
 }
 
@@ -90,7 +97,38 @@ impl Tile {
     #[inline]
     pub fn hit_mean(&self, index: usize) -> Option<HitMean> {
         let hit = self.hits[index];
-        (hit != HitMean::NONE).then_some(hit)
+        (hit.x != 0).then_some(hit)
+    }
+
+    /// True if all that is known of a cell was heard by sonar. `index` as in [`Tile::hit_mean`].
+    ///
+    /// # Panics
+    /// If `index` is not below 4,096.
+    #[inline]
+    pub fn is_heard(&self, index: usize) -> bool {
+        self.hits[index] == HitMean::HEARD
+    }
+
+    /// True if sonar may say something of a cell: nothing but sonar ever has.
+    #[inline]
+    pub(crate) fn is_for_sonar(&self, index: usize) -> bool {
+        self.is_heard(index) || self.log_odds[index].is_nan()
+    }
+
+    /// Sets a cell's log-odds by what sonar says of it.
+    #[inline]
+    pub(crate) fn set_heard(&mut self, index: usize, log_odds: f32) {
+        self.set_log_odds(index, log_odds);
+        self.hits[index] = HitMean::HEARD;
+    }
+
+    /// Forgets what was heard of a cell, if no more is known: a laser looks at it now.
+    #[inline]
+    pub(crate) fn forget_heard(&mut self, index: usize) {
+        if self.is_heard(index) {
+            self.log_odds[index] = NEVER_OBSERVED;
+            self.hits[index] = HitMean::NONE;
+        }
     }
 
     /// Sets a cell's log-odds; NaN is kept as "never observed".
@@ -103,6 +141,7 @@ impl Tile {
     /// it moves by `weight` of the way; the first hit is the mean.
     #[inline]
     pub(crate) fn add_hit(&mut self, index: usize, share: (f32, f32), weight: f32) {
+        self.forget_heard(index);
         let mean = match self.hit_mean(index) {
             None => share,
             Some(mean) => {
@@ -115,10 +154,11 @@ impl Tile {
 
     /// The tile as bytes: the format's number, then the log-odds of all cells as little-endian
     /// f32, then for each cell ever hit, in order, its place as little-endian u16 and its mean's
-    /// two steps. Equal tiles give equal bytes, and only they do.
+    /// two steps. In format 2, which is that of tiles with cells that were heard only, these stand in
+    /// the same list with steps 0 and 1. Equal tiles give equal bytes, and only they do.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(1 + 4 * N_CELLS + 1024);
-        bytes.push(FORMAT);
+        bytes.push(self.format());
         for log_odds in self.log_odds.iter() {
             bytes.extend_from_slice(&log_odds.to_le_bytes());
         }
@@ -131,13 +171,17 @@ impl Tile {
         bytes
     }
 
+    fn format(&self) -> u8 {
+        if self.hits.contains(&HitMean::HEARD) { FORMAT_HEARD } else { FORMAT }
+    }
+
     /// The tile that [`Tile::to_bytes`] wrote, bit for bit.
     ///
     /// # Errors
     /// [`InvalidTile`] if the format is not known or the bytes are not what it prescribes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidTile> {
         let (&format, rest) = bytes.split_first().ok_or(InvalidTile::Length(0))?;
-        if format != FORMAT {
+        if ![FORMAT, FORMAT_HEARD].contains(&format) {
             return Err(InvalidTile::Format(format));
         }
         let wrong_length = InvalidTile::Length(bytes.len());
@@ -154,17 +198,19 @@ impl Tile {
             *log_odds = read;
         }
         tile.read_hits(hits)?;
-        Ok(tile)
+        if tile.format() == format { Ok(tile) } else { Err(InvalidTile::Heard(format)) }
     }
 
     fn read_hits(&mut self, bytes: &[u8]) -> Result<(), InvalidTile> {
         let mut index_min = 0;
         for &[low, high, x, y] in bytes.as_chunks::<4>().0 {
             let index = usize::from(u16::from_le_bytes([low, high]));
-            if index < index_min || N_CELLS <= index || x == 0 || y == 0 {
+            let hit = HitMean { x, y };
+            let is_mean = 0 < x && 0 < y;
+            if index < index_min || N_CELLS <= index || !(is_mean || hit == HitMean::HEARD) {
                 return Err(InvalidTile::Hit { index, x, y });
             }
-            self.hits[index] = HitMean { x, y };
+            self.hits[index] = hit;
             index_min = index + 1;
         }
         Ok(())
@@ -184,7 +230,7 @@ impl Eq for Tile {}
 impl fmt::Debug for Tile {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let n_observed = self.log_odds.iter().filter(|log_odds| !log_odds.is_nan()).count();
-        let n_hit = self.hits.iter().filter(|&&hit| hit != HitMean::NONE).count();
+        let n_hit = self.hits.iter().filter(|hit| hit.x != 0).count();
         formatter
             .debug_struct("Tile")
             .field("n_observed", &n_observed)
@@ -197,8 +243,11 @@ impl fmt::Debug for Tile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidTile {
     /// The first byte names no known format.
-    #[error("tile format {0} is not known, the newest is {FORMAT}")]
+    #[error("tile format {0} is not known, the newest is {FORMAT_HEARD}")]
     Format(u8),
+    /// Only tiles of the second format have cells that were heard only, and all of them have.
+    #[error("a tile of format {0} that should be of the other by its cells")]
+    Heard(u8),
     /// So many bytes are no tile.
     #[error("{0} bytes are no tile")]
     Length(usize),
@@ -248,6 +297,26 @@ mod tests {
             let back = Tile::from_bytes(&bytes).expect("our own bytes");
             prop_assert_eq!(&back, &tile);
             prop_assert_eq!(back.to_bytes(), bytes);
+        }
+
+        #[test]
+        fn bytes_tell_what_was_heard(
+            cells in prop::collection::vec((0..N_CELLS, any::<bool>()), 0..60),
+        ) {
+            let mut tile = Tile::unknown();
+            for (index, by_sonar) in cells {
+                if by_sonar && tile.is_for_sonar(index) {
+                    tile.set_heard(index, 1.0);
+                } else if !by_sonar {
+                    tile.add_hit(index, (0.5, 0.5), 0.25);
+                    tile.set_log_odds(index, 2.0);
+                }
+            }
+            let bytes = tile.to_bytes();
+            prop_assert_eq!(&Tile::from_bytes(&bytes).expect("our own bytes"), &tile);
+            let mut other = bytes;
+            other[0] = FORMAT + FORMAT_HEARD - other[0];
+            prop_assert_eq!(Tile::from_bytes(&other), Err(InvalidTile::Heard(other[0])));
         }
 
         #[test]

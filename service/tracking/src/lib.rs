@@ -31,7 +31,7 @@ pub use matching::field::Field;
 pub use matching::peaks::{PeakParams, peaks_in_window};
 pub use matching::pyramid::Pyramid;
 pub use matching::search::{Candidate, Window};
-pub use params::{FieldParams, MappingParams, MatchParams, TrustParams};
+pub use params::{FieldParams, MappingParams, MatchParams, SonarParams, TrustParams};
 pub use relaxation_params::{ClosureParams, LaserRelaxationParams};
 pub use scans::calibration::Calibration;
 pub use scans::chain::OdometryParams;

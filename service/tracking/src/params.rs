@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use meetpoint_occupancy::BeamModel;
+use meetpoint_occupancy::{BeamModel, SonarModel};
 
 /// Tunables of live mapping. Lengths are metres and angles radians, whatever the cells' size.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,19 @@ pub struct MappingParams {
     pub matching: MatchParams,
     /// When a scan is believed and drawn.
     pub trust: TrustParams,
+    /// How sonar is drawn.
+    pub sonar: SonarParams,
+}
+
+/// Tunables of drawing sonar.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SonarParams {
+    /// How a firing is interpreted.
+    pub model: SonarModel,
+    /// A firing is drawn if the robot moved this far since it drew the last, in metres...
+    pub draw_distance_m: f64,
+    /// ...or turned this far, in radians.
+    pub draw_turn_rad: f64,
 }
 
 /// Tunables of the likelihood field.
@@ -142,6 +155,11 @@ impl MappingParams {
             wide_step_rad: PI / 180.0,
             draw_distance_m: 0.5,
             draw_turn_rad: 15.0 * PI / 180.0,
+        },
+        sonar: SonarParams {
+            model: SonarModel::INDOOR,
+            draw_distance_m: 0.15,
+            draw_turn_rad: 10.0 * PI / 180.0,
         },
     };
 }

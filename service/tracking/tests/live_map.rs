@@ -309,7 +309,7 @@ proptest! {
                 velocity,
                 ObservationKind::LaserScan { sensor: 0, ranges_m: ranges_m.clone() },
                 ObservationKind::LaserScan { sensor: 9, ranges_m: ranges_m.clone() },
-                ObservationKind::SonarScan { sensor: 9 },
+                ObservationKind::SonarScan { sensor: 9, ranges_m: ranges_m.clone() },
             ];
             for kind in kinds {
                 if let Some(estimate) = map.apply(ROBOT, &Observation { stamp_ns, kind }) {

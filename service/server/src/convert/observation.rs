@@ -27,8 +27,8 @@ pub(crate) fn observation(
         v1::observation::Kind::LaserScan(v1::LaserScan { ranges_m, intensities: _ }) => {
             ObservationKind::LaserScan { sensor: sensor()?, ranges_m }
         }
-        v1::observation::Kind::SonarScan(v1::SonarScan { ranges_m: _ }) => {
-            ObservationKind::SonarScan { sensor: sensor()? }
+        v1::observation::Kind::SonarScan(v1::SonarScan { ranges_m }) => {
+            ObservationKind::SonarScan { sensor: sensor()?, ranges_m }
         }
         v1::observation::Kind::LandmarkSighting(v1::LandmarkSighting {
             identity: _,

@@ -1,7 +1,9 @@
 //! Declared sensors.
 
+use std::sync::Arc;
+
 use meetpoint_geometry::Pose;
-use meetpoint_occupancy::LaserGeometry;
+use meetpoint_occupancy::{LaserGeometry, SonarRing};
 use meetpoint_proto::v1;
 use meetpoint_tracking as tracking;
 
@@ -78,17 +80,11 @@ fn declared_sensor(field: &str, wire: v1::Sensor) -> Result<DeclaredSensor, Erro
             Ok(declared(tracking::SensorKind::Laser(laser), n_beams, range_min_m, range_max_m))
         }
         Some(v1::sensor::Kind::SonarRing(wire)) => {
-            let v1::SonarRing { sensor_from_transducer, cone_angle_rad, range_min_m, range_max_m } =
-                wire;
-            let field = format!("{field}.sonar_ring");
-            let n_transducers = sensor_from_transducer.len();
-            within(&format!("{field}.sensor_from_transducer"), n_transducers, N_TRANSDUCERS_MAX)?;
-            for (index, wire) in sensor_from_transducer.into_iter().enumerate() {
-                pose::pose(&format!("{field}.sensor_from_transducer[{index}]"), wire)?;
-            }
-            angle(&format!("{field}.cone_angle_rad"), cone_angle_rad)?;
-            ranges(&field, range_min_m, range_max_m)?;
-            Ok(declared(tracking::SensorKind::SonarRing, n_transducers, range_min_m, range_max_m))
+            let ring = sonar_ring(&format!("{field}.sonar_ring"), robot_from_sensor, wire)?;
+            let n_transducers = ring.robot_from_transducer.len();
+            let (range_min_m, range_max_m) = (ring.range_min_m, ring.range_max_m);
+            let kind = tracking::SensorKind::SonarRing(Arc::new(ring));
+            Ok(declared(kind, n_transducers, range_min_m, range_max_m))
         }
         Some(v1::sensor::Kind::LandmarkDetector(wire)) => {
             let v1::LandmarkDetector { range_max_m, half_field_of_view_rad } = wire;
@@ -121,6 +117,24 @@ fn laser_geometry(field: &str, wire: v1::LaserGeometry) -> Result<LaserGeometry,
     }
     ranges(field, range_min_m, range_max_m)?;
     Ok(LaserGeometry { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m })
+}
+
+fn sonar_ring(
+    field: &str,
+    robot_from_sensor: Pose,
+    wire: v1::SonarRing,
+) -> Result<SonarRing, Error> {
+    let v1::SonarRing { sensor_from_transducer, cone_angle_rad, range_min_m, range_max_m } = wire;
+    let n_transducers = sensor_from_transducer.len();
+    within(&format!("{field}.sensor_from_transducer"), n_transducers, N_TRANSDUCERS_MAX)?;
+    let transducers = sensor_from_transducer.into_iter().enumerate().map(|(index, wire)| {
+        let place = pose::pose(&format!("{field}.sensor_from_transducer[{index}]"), wire)?;
+        Ok(robot_from_sensor * place)
+    });
+    let robot_from_transducer = transducers.collect::<Result<Vec<Pose>, Error>>()?;
+    angle(&format!("{field}.cone_angle_rad"), cone_angle_rad)?;
+    ranges(field, range_min_m, range_max_m)?;
+    Ok(SonarRing { robot_from_transducer, cone_rad: cone_angle_rad, range_min_m, range_max_m })
 }
 
 fn within(field: &str, n: usize, n_max: usize) -> Result<(), Error> {

@@ -156,16 +156,18 @@ fn warnings(record: &SessionRecord, sensors: &[v1::Sensor], delivery: i32) -> Ve
                 .to_owned(),
         );
     }
+    let has_laser =
+        sensors.iter().any(|sensor| matches!(sensor.kind, Some(v1::sensor::Kind::Laser(_))));
     for sensor in sensors {
         let id = &sensor.id;
         match sensor.kind {
-            Some(v1::sensor::Kind::SonarRing(_)) => warnings.push(format!(
-                "sonar scans of `{id}` are kept and get a pose; they are not drawn into the map yet"
+            Some(v1::sensor::Kind::SonarRing(_)) if !has_laser => warnings.push(format!(
+                "sonar scans of `{id}` are drawn where odometry says that the robot is"
             )),
             Some(v1::sensor::Kind::LandmarkDetector(_)) => warnings.push(format!(
                 "landmark sightings of `{id}` are kept and get a pose; a relax job corrects it by them"
             )),
-            Some(v1::sensor::Kind::Laser(_)) | None => {}
+            Some(v1::sensor::Kind::Laser(_) | v1::sensor::Kind::SonarRing(_)) | None => {}
         }
     }
     if delivery == i32::from(v1::Delivery::BoundedLag) {

@@ -185,7 +185,7 @@ fn check_reading(kind: &Kind, sensor: &DeclaredSensor) -> Result<(), Rejected> {
             }
             check_ranges(&scan.ranges_m, sensor)
         }
-        (Kind::SonarScan(scan), SensorKind::SonarRing) => check_ranges(&scan.ranges_m, sensor),
+        (Kind::SonarScan(scan), SensorKind::SonarRing(_)) => check_ranges(&scan.ranges_m, sensor),
         (Kind::LandmarkSighting(sighting), SensorKind::LandmarkDetector) => {
             check_sighting(sighting, sensor)
         }

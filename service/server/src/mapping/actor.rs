@@ -87,7 +87,7 @@ async fn live(shared: &Arc<Shared>, map: &MapId, mailbox: &Mailbox) -> Result<()
     let renewing =
         tokio::spawn(renew(shared.store.clone(), lease.clone(), shared.settings.lease_ttl_s));
     let mut actor = Actor { shared, record, versions: Versions::new(shared, &lease) };
-    let lived = actor.follow_journal(mailbox).await;
+    let lived = Box::pin(actor.follow_journal(mailbox)).await;
     let saved = actor.versions.saved().await.map(|_| ());
     renewing.abort();
     shared.store.release_map_lease(&lease).await?;
@@ -110,7 +110,7 @@ impl Actor<'_> {
                 return self.save_rest(work).await;
             }
             if let Some(awaited) = mailbox.replacement() {
-                work = self.replace(work, awaited).await?;
+                work = Box::pin(self.replace(work, awaited)).await?;
                 entries = self.read(work.state.position()).await?;
             }
             if let Some(last) = entries.back().map(|entry| entry.seq) {

@@ -185,7 +185,7 @@ impl MapState {
         let place = self.decisions.place(id, declared);
         let config = SessionConfig {
             map_from_start: place.frame_from_session,
-            sensors: sensors.iter().map(|declared| declared.sensor).collect(),
+            sensors: sensors.iter().map(|declared| declared.sensor.clone()).collect(),
         };
         let map = match place.frame {
             None => &mut self.site,
@@ -224,8 +224,7 @@ impl MapState {
             if rejected.contains(&index) {
                 continue;
             }
-            applied.n_scans +=
-                u64::from(matches!(wire.kind, Some(v1::observation::Kind::LaserScan(_))));
+            applied.n_scans += u64::from(is_scan(&wire));
             let Some(observation) = observation::observation(wire, &open.sensors) else { continue };
             first_ns = first_ns.min(observation.stamp_ns);
             last_ns = last_ns.max(observation.stamp_ns);
@@ -276,6 +275,11 @@ fn drawn_on<'a>(
     place: Place,
 ) -> &'a mut LiveMap {
     place.frame.and_then(|frame| unplaced.get_mut(&frame)).unwrap_or(site)
+}
+
+fn is_scan(wire: &v1::Observation) -> bool {
+    use v1::observation::Kind;
+    matches!(wire.kind, Some(Kind::LaserScan(_) | Kind::SonarScan(_)))
 }
 
 pub(super) fn key(id: SessionId) -> SessionKey {

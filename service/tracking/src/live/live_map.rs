@@ -4,7 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
-use meetpoint_occupancy::{Grid, LaserGeometry, ScanMarks, Tile, TileIndex};
+use meetpoint_occupancy::{
+    Grid, Interpretation, LaserGeometry, Network, ScanMarks, Tile, TileIndex,
+};
 
 use crate::live::matcher::Chart;
 use crate::live::observation::{
@@ -18,7 +20,7 @@ use crate::matching::points::scan_points;
 use crate::params::MappingParams;
 
 /// First byte of a stored state: the format that follows.
-const FORMAT: u8 = 1;
+const FORMAT: u8 = 2;
 
 /// A growing map and the sessions on it.
 ///
@@ -33,6 +35,8 @@ pub struct LiveMap {
     sessions: BTreeMap<SessionKey, Tracker>,
     n_drawn: u64,
     marks: ScanMarks,
+    /// Interprets sonars.
+    network: Arc<Network>,
 }
 
 impl LiveMap {
@@ -48,7 +52,8 @@ impl LiveMap {
     fn of_grid(params: MappingParams, grid: Grid) -> Self {
         let field = Field::new(&grid, &params.field);
         let marks = ScanMarks::new();
-        Self { params, grid, field, sessions: BTreeMap::new(), n_drawn: 0, marks }
+        let network = Arc::new(Network::shipped());
+        Self { params, grid, field, sessions: BTreeMap::new(), n_drawn: 0, marks, network }
     }
 
     /// Opens a session; one already open under that key starts afresh.
@@ -93,12 +98,17 @@ impl LiveMap {
             }
             ObservationKind::LaserScan { sensor, ranges_m } => {
                 let declared = tracker.config.sensors.get(*sensor)?;
-                let SensorKind::Laser(geometry) = declared.kind else { return None };
+                let &SensorKind::Laser(geometry) = &declared.kind else { return None };
                 let robot_from_sensor = declared.robot_from_sensor;
                 self.apply_scan(key, stamp_ns, *sensor, (robot_from_sensor, geometry), ranges_m)
             }
-            ObservationKind::SonarScan { sensor }
-            | ObservationKind::LandmarkSighting { sensor } => {
+            ObservationKind::SonarScan { sensor, ranges_m } => {
+                reckon_if_reckoned(tracker, stamp_ns);
+                let estimate = estimate_by_odometry(tracker, stamp_ns, Some(*sensor));
+                let drawn = self.hear(key, estimate.map_from_robot, (*sensor, ranges_m));
+                Some(Estimate { drawn, ..estimate })
+            }
+            ObservationKind::LandmarkSighting { sensor } => {
                 reckon_if_reckoned(tracker, stamp_ns);
                 Some(estimate_by_odometry(tracker, stamp_ns, Some(*sensor)))
             }
@@ -126,14 +136,14 @@ impl LiveMap {
             _ if !map_from_robot.is_finite() => return self.apply(key, observation),
             ObservationKind::Mark => None,
             ObservationKind::LaserScan { sensor, .. }
-            | ObservationKind::SonarScan { sensor }
+            | ObservationKind::SonarScan { sensor, .. }
             | ObservationKind::LandmarkSighting { sensor } => Some(*sensor),
         };
         let tracker = self.sessions.get_mut(&key)?;
         let mut drawn = false;
         if let ObservationKind::LaserScan { sensor, ranges_m } = &observation.kind {
             let declared = tracker.config.sensors.get(*sensor)?;
-            let SensorKind::Laser(geometry) = declared.kind else { return None };
+            let &SensorKind::Laser(geometry) = &declared.kind else { return None };
             let map_from_sensor = map_from_robot * declared.robot_from_sensor;
             drawn = tracker.place(stamp_ns, map_from_robot, &self.params.trust);
             if drawn {
@@ -143,8 +153,32 @@ impl LiveMap {
         } else {
             tracker.place(stamp_ns, map_from_robot, &self.params.trust);
         }
+        if let ObservationKind::SonarScan { sensor, ranges_m } = &observation.kind {
+            drawn = self.hear(key, map_from_robot, (*sensor, ranges_m));
+        }
         let tracker = self.sessions.get(&key)?;
         Some(Estimate { drawn, ..estimate_by_odometry(tracker, stamp_ns, sensor) })
+    }
+
+    /// Draws a firing of sonars, if the robot moved since the last; whether it did. What is no ring of that
+    /// session is not drawn.
+    fn hear(
+        &mut self,
+        key: SessionKey,
+        map_from_robot: Pose,
+        (sensor, ranges_m): (usize, &[f32]),
+    ) -> bool {
+        let sonar = &self.params.sonar;
+        let Some(tracker) = self.sessions.get_mut(&key) else { return false };
+        let ring = tracker.config.sensors.get(sensor).map(|declared| declared.kind.clone());
+        let Some(SensorKind::SonarRing(ring)) = ring else { return false };
+        if !tracker.hears(map_from_robot, sonar) {
+            return false;
+        }
+        let heard = Interpretation::new(&ring.scan(ranges_m), &self.network, &sonar.model);
+        self.grid.insert_sonar(map_from_robot, &heard, &self.params.beam_model);
+        self.n_drawn += 1;
+        true
     }
 
     fn draw(&mut self, map_from_sensor: Pose, geometry: &LaserGeometry, ranges_m: &[f32]) {

@@ -1,7 +1,9 @@
 //! What a session says of itself, what it observes, and what is estimated of it.
 
+use std::sync::Arc;
+
 use meetpoint_geometry::Pose;
-use meetpoint_occupancy::LaserGeometry;
+use meetpoint_occupancy::{LaserGeometry, SonarRing};
 
 /// Which session; unique within a map, chosen by the caller. Sessions are stored in this order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -11,7 +13,7 @@ pub struct SessionKey(
 );
 
 /// A sensor on a robot.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Sensor {
     /// Where it sits and looks.
     pub robot_from_sensor: Pose,
@@ -20,12 +22,12 @@ pub struct Sensor {
 }
 
 /// What a sensor is, as far as tracking uses it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum SensorKind {
     /// A planar laser range finder: matched and drawn.
     Laser(LaserGeometry),
-    /// A ring of sonar transducers: its readings get a pose.
-    SonarRing,
+    /// A ring of sonar transducers, seen from the robot: drawn where the robot is known to be.
+    SonarRing(Arc<SonarRing>),
     /// A detector of landmarks: its sightings get a pose.
     LandmarkDetector,
 }
@@ -71,10 +73,12 @@ pub enum ObservationKind {
         /// "nothing hit"; NaN, -inf or below the minimum is invalid.
         ranges_m: Vec<f32>,
     },
-    /// One reading of a sonar ring.
+    /// One firing of a sonar ring.
     SonarScan {
         /// Which sensor.
         sensor: usize,
+        /// One range a transducer in metres, as a laser's.
+        ranges_m: Vec<f32>,
     },
     /// One sighting of a landmark.
     LandmarkSighting {

@@ -1,7 +1,9 @@
 //! The state of a live map as bytes: little-endian, exact bits, no padding.
 
+use std::sync::Arc;
+
 use meetpoint_geometry::Pose;
-use meetpoint_occupancy::LaserGeometry;
+use meetpoint_occupancy::{LaserGeometry, SonarRing};
 
 use crate::live::observation::{Sensor, SensorKind, SessionConfig, SessionKey};
 use crate::live::odometry::{Odometry, Velocity};
@@ -93,7 +95,10 @@ impl StateWriter {
                     self.write_u8(0);
                     self.write_laser(geometry);
                 }
-                SensorKind::SonarRing => self.write_u8(1),
+                SensorKind::SonarRing(ring) => {
+                    self.write_u8(1);
+                    self.write_sonar_ring(ring);
+                }
                 SensorKind::LandmarkDetector => self.write_u8(2),
             }
         }
@@ -112,6 +117,17 @@ impl StateWriter {
         self.write_u32(n_beams);
         self.write_f64(range_min_m);
         self.write_f64(range_max_m);
+    }
+
+    fn write_sonar_ring(&mut self, ring: &SonarRing) {
+        let SonarRing { robot_from_transducer, cone_rad, range_min_m, range_max_m } = ring;
+        self.write_u64(robot_from_transducer.len() as u64);
+        for pose in robot_from_transducer {
+            self.write_pose(*pose);
+        }
+        self.write_f64(*cone_rad);
+        self.write_f64(*range_min_m);
+        self.write_f64(*range_max_m);
     }
 
     fn write_odometry(&mut self, odometry: &Odometry) {
@@ -135,6 +151,7 @@ impl StateWriter {
             stamp_ns,
             last_step,
             drawn_at,
+            heard_at,
             usual,
             agreement,
             n_lost,
@@ -148,6 +165,7 @@ impl StateWriter {
             writer.write_f64(seconds);
         });
         self.write_option(drawn_at, Self::write_pose);
+        self.write_option(heard_at, Self::write_pose);
         self.write_option(usual, Self::write_f64);
         self.write_f64(agreement);
         self.write_u32(n_lost);
@@ -244,7 +262,7 @@ impl<'a> StateReader<'a> {
         let robot_from_sensor = self.read_pose()?;
         let kind = match self.read_u8()? {
             0 => SensorKind::Laser(self.read_laser()?),
-            1 => SensorKind::SonarRing,
+            1 => SensorKind::SonarRing(Arc::new(self.read_sonar_ring()?)),
             2 => SensorKind::LandmarkDetector,
             tag => return Err(InvalidState::Tag(tag)),
         };
@@ -256,6 +274,15 @@ impl<'a> StateReader<'a> {
             angle_min_rad: self.read_f64()?,
             angle_increment_rad: self.read_f64()?,
             n_beams: self.read_u32()?,
+            range_min_m: self.read_f64()?,
+            range_max_m: self.read_f64()?,
+        })
+    }
+
+    fn read_sonar_ring(&mut self) -> Result<SonarRing, InvalidState> {
+        Ok(SonarRing {
+            robot_from_transducer: self.read_many(Self::read_pose)?,
+            cone_rad: self.read_f64()?,
             range_min_m: self.read_f64()?,
             range_max_m: self.read_f64()?,
         })
@@ -280,6 +307,7 @@ impl<'a> StateReader<'a> {
             stamp_ns: self.read_option(Self::read_i64)?,
             last_step: self.read_option(|reader| Ok((reader.read_pose()?, reader.read_f64()?)))?,
             drawn_at: self.read_option(Self::read_pose)?,
+            heard_at: self.read_option(Self::read_pose)?,
             usual: self.read_option(Self::read_f64)?,
             agreement: self.read_f64()?,
             n_lost: self.read_u32()?,

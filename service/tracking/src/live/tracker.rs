@@ -9,7 +9,7 @@ use crate::live::observation::{SensorKind, SessionConfig};
 use crate::live::odometry::{Odometry, seconds_between};
 use crate::matching::points::ScanPoint;
 use crate::matching::search::Window;
-use crate::params::{MappingParams, MatchParams, TrustParams};
+use crate::params::{MappingParams, MatchParams, SonarParams, TrustParams};
 
 /// What is remembered of a session.
 #[derive(Clone, Debug)]
@@ -32,6 +32,8 @@ pub(crate) struct TrackState {
     pub(crate) last_step: Option<(Pose, f64)>,
     /// Pose at which the last scan was drawn.
     pub(crate) drawn_at: Option<Pose>,
+    /// Pose at which the last firing of sonars was drawn.
+    pub(crate) heard_at: Option<Pose>,
     /// Usual agreement of a scan with the map.
     pub(crate) usual: Option<f64>,
     /// Agreement of the last scan.
@@ -84,6 +86,7 @@ impl Tracker {
             stamp_ns: None,
             last_step: None,
             drawn_at: None,
+            heard_at: None,
             usual: None,
             agreement: 0.0,
             n_lost: 0,
@@ -273,11 +276,28 @@ impl Tracker {
     }
 
     fn moved_since_drawn(&self, pose: Pose, trust: &TrustParams) -> bool {
-        self.state.drawn_at.is_none_or(|drawn| {
-            let turn = angle_between(drawn.theta_rad, pose.theta_rad).abs();
-            trust.draw_distance_m <= drawn.step_to(pose).distance_m() || trust.draw_turn_rad <= turn
-        })
+        has_moved(self.state.drawn_at, pose, (trust.draw_distance_m, trust.draw_turn_rad))
     }
+
+    /// Whether a firing of sonars heard from that pose is to be drawn, which is noted. Not before a laser
+    /// on the robot has found where it is.
+    pub(crate) fn hears(&mut self, pose: Pose, sonar: &SonarParams) -> bool {
+        let least = (sonar.draw_distance_m, sonar.draw_turn_rad);
+        let is_known = self.is_reckoned() || (self.state.n_lost == 0 && !self.state.adrift);
+        let draw = is_known && has_moved(self.state.heard_at, pose, least);
+        if draw {
+            self.state.heard_at = Some(pose);
+        }
+        draw
+    }
+}
+
+/// True if a robot moved or turned so far since a pose, or there is none.
+fn has_moved(since: Option<Pose>, pose: Pose, (distance_m, turn_rad): (f64, f64)) -> bool {
+    since.is_none_or(|since| {
+        let turned_rad = angle_between(since.theta_rad, pose.theta_rad).abs();
+        distance_m <= since.step_to(pose).distance_m() || turn_rad <= turned_rad
+    })
 }
 
 /// What was found later must score so much more than what was found nearer to the prediction.

@@ -66,7 +66,7 @@ impl WayReader {
         let course = CourseReader::new(&declared)?;
         let (mut names, mut lasers) = (Vec::new(), Vec::new());
         for sensor in sensor::sensors(&declared)? {
-            let SensorKind::Laser(geometry) = sensor.sensor.kind else { continue };
+            let &SensorKind::Laser(geometry) = &sensor.sensor.kind else { continue };
             names.push(sensor.id);
             lasers
                 .push(TravelLaser { robot_from_sensor: sensor.sensor.robot_from_sensor, geometry });

@@ -1,0 +1,150 @@
+//! Sonar rings on live maps: alone, beside a laser, and cut in the middle.
+
+use std::sync::Arc;
+
+use meetpoint_geometry::Pose;
+use meetpoint_occupancy::{LaserGeometry, SonarRing};
+use meetpoint_sim::{Building, ChaCha8Rng, Laser, SonarRing as Sonars, hall, route};
+use meetpoint_tracking::{
+    LiveMap, MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig,
+    SessionKey,
+};
+use rand::SeedableRng;
+
+const ROBOT: SessionKey = SessionKey(1);
+const RESOLUTION_M: f64 = 0.1;
+
+fn ring(sonars: &Sonars) -> Sensor {
+    let robot_from_transducer = (0..sonars.n_sonars).map(|at| sonars.robot_from_sonar(at));
+    let ring = SonarRing {
+        robot_from_transducer: robot_from_transducer.collect(),
+        cone_rad: sonars.cone_rad,
+        range_min_m: sonars.range_min_m,
+        range_max_m: sonars.range_max_m,
+    };
+    Sensor { robot_from_sensor: Pose::IDENTITY, kind: SensorKind::SonarRing(Arc::new(ring)) }
+}
+
+fn laser() -> Sensor {
+    let Laser { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m, .. } =
+        Laser::INDOOR;
+    let geometry =
+        LaserGeometry { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m };
+    let robot_from_sensor = Laser::INDOOR.robot_from_laser;
+    Sensor { robot_from_sensor, kind: SensorKind::Laser(geometry) }
+}
+
+/// What a robot with a ring, and a laser after it if `has_laser`, sends from a round through the hall.
+fn round(building: &Building, has_laser: bool) -> Vec<Observation> {
+    let mut rng = ChaCha8Rng::seed_from_u64(5);
+    let places = building.places("ABCDA").expect("places of the hall");
+    let path = route(building, &places, 0.35).expect("a way");
+    let mut sent = Vec::new();
+    for (index, pair) in path.windows(2).enumerate().step_by(2) {
+        let step = pair[1] - pair[0];
+        let robot = Pose::new(pair[0].x, pair[0].y, step.y.atan2(step.x));
+        let stamp_ns = i64::try_from(index).expect("a short way") * 50_000_000;
+        let mut send = |kind| sent.push(Observation { stamp_ns, kind });
+        send(ObservationKind::OdometryPose(robot));
+        if has_laser {
+            let ranges_m = Laser::INDOOR.scan(building, robot, &mut rng);
+            send(ObservationKind::LaserScan { sensor: 1, ranges_m });
+        }
+        let ranges_m = Sonars::RING_24.scan(building, robot, &mut rng);
+        send(ObservationKind::SonarScan { sensor: 0, ranges_m });
+    }
+    sent
+}
+
+fn opened(sent: &[Observation], sensors: Vec<Sensor>) -> LiveMap {
+    let mut map = LiveMap::new(MappingParams::INDOOR, RESOLUTION_M).expect("a length");
+    let ObservationKind::OdometryPose(start) = sent[0].kind else { panic!("odometry comes first") };
+    map.open_session(ROBOT, SessionConfig { map_from_start: start, sensors });
+    map
+}
+
+/// Of the cells decided, how many there are and the share that is as the building has it.
+fn decided(map: &LiveMap, building: &Building) -> (usize, f64) {
+    let frame = map.grid().frame();
+    let raster = map.grid().raster(None);
+    let width = raster.info.width as usize;
+    let cells = raster.log_odds.iter().enumerate().filter(|(_, log_odds)| 0.85 < log_odds.abs());
+    let right = cells.filter_map(|(index, &log_odds)| {
+        let offset = |n: usize| i32::try_from(n).expect("a small map");
+        let mut cell = raster.info.first;
+        (cell.x, cell.y) = (cell.x + offset(index % width), cell.y + offset(index / width));
+        let at = frame.center_of(cell);
+        let is_open = 0.25 <= building.clearance_m(at, 0.25);
+        is_open.then_some(log_odds < 0.0)
+    });
+    let right: Vec<bool> = right.collect();
+    let n_right = right.iter().filter(|&&is_right| is_right).count();
+    (right.len(), n_right as f64 / right.len() as f64)
+}
+
+#[test]
+fn a_robot_with_sonar_alone_draws_a_map() {
+    let building = hall().building;
+    let sent = round(&building, false);
+    let mut map = opened(&sent, vec![ring(&Sonars::RING_24)]);
+    let estimates: Vec<_> = sent.iter().filter_map(|one| map.apply(ROBOT, one)).collect();
+    let n_drawn = estimates.iter().filter(|estimate| estimate.drawn).count();
+    assert!(estimates.len() / 4 < n_drawn && n_drawn < estimates.len(), "{n_drawn} drawn");
+    let (n, right) = decided(&map, &building);
+    assert!(1500 < n, "{n} open cells of the hall are decided");
+    assert!(0.95 < right, "{right} of them are free");
+}
+
+#[test]
+fn cut_in_the_middle_it_goes_on_bit_for_bit() {
+    let building = hall().building;
+    let sent = round(&building, true);
+    let sensors = vec![ring(&Sonars::RING_24), laser()];
+    let mut whole = opened(&sent, sensors.clone());
+    let mut cut = opened(&sent, sensors);
+    for (index, one) in sent.iter().enumerate() {
+        if index == sent.len() / 2 {
+            let tiles: Vec<_> = cut.grid().tiles().map(|(at, tile)| (at, tile.clone())).collect();
+            let state = cut.state_bytes();
+            cut = LiveMap::restore(MappingParams::INDOOR, RESOLUTION_M, tiles, &state)
+                .expect("its own state");
+        }
+        assert_eq!(whole.apply(ROBOT, one), cut.apply(ROBOT, one), "observation {index}");
+    }
+    assert_eq!(whole.state_bytes(), cut.state_bytes(), "the states");
+    let bytes = |map: &LiveMap| {
+        map.grid().tiles().map(|(at, tile)| (at, tile.to_bytes())).collect::<Vec<_>>()
+    };
+    assert_eq!(bytes(&whole), bytes(&cut), "the tiles");
+}
+
+#[test]
+fn what_a_laser_looked_at_is_as_without_sonar() {
+    let building = hall().building;
+    let sent = round(&building, true);
+    let sensors = vec![ring(&Sonars::RING_24), laser()];
+    let mut both = opened(&sent, sensors.clone());
+    let mut laser_alone = opened(&sent, sensors);
+    for one in &sent {
+        let estimate = both.apply(ROBOT, one);
+        if !matches!(one.kind, ObservationKind::SonarScan { .. }) {
+            assert_eq!(laser_alone.apply(ROBOT, one), estimate, "at {} ns", one.stamp_ns);
+        }
+    }
+    let (mut n_seen, mut n_heard) = (0, 0);
+    for (index, tile) in both.grid().tiles() {
+        let seen = laser_alone.grid().tile(index);
+        for (at, log_odds) in tile.log_odds().iter().enumerate() {
+            let by_laser = seen.map_or(f32::NAN, |seen| seen.log_odds()[at]);
+            if by_laser.is_nan() {
+                n_heard += i32::from(!log_odds.is_nan());
+                assert!(log_odds.is_nan() || tile.is_heard(at), "cell {at} of {index:?} is heard");
+            } else {
+                n_seen += 1;
+                assert_eq!(log_odds.to_bits(), by_laser.to_bits(), "cell {at} of {index:?}");
+                assert_eq!(tile.hit_mean(at), seen.and_then(|seen| seen.hit_mean(at)), "its hits");
+            }
+        }
+    }
+    assert!(1000 < n_seen && 20 < n_heard, "{n_seen} cells seen, {n_heard} only heard");
+}
