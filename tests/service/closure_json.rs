@@ -19,6 +19,9 @@ pub(crate) fn scan_relaxation(body: &Value) -> v1::ScanRelaxation {
         chi2_after: real(&body["chi2_after"]),
         before: present(body, "before").map(sharpness),
         after: present(body, "after").map(sharpness),
+        sightings_in_graph: small(&body["sightings_in_graph"]),
+        sightings_fitted_only: small(&body["sightings_fitted_only"]),
+        sightings_doubted: small(&body["sightings_doubted"]),
     }
 }
 

@@ -3,6 +3,7 @@
 pub(crate) mod closure;
 pub(crate) mod closure_search;
 pub(crate) mod evidence;
+pub(crate) mod joined;
 pub(crate) mod known_closures;
 pub(crate) mod overlay;
 pub(crate) mod submap;

@@ -69,4 +69,9 @@ pub struct TravelOutcome {
     pub move_max_m: f64,
     /// How its odometry errs in scale; nothing to correct without odometry.
     pub calibration: Calibration,
+    /// Sightings of landmarks that the poses rest on: of landmarks that were seen from several places.
+    pub n_sightings_in_graph: usize,
+    /// Sightings of landmarks that were seen from several places, but not where they were: wrong names,
+    /// or several landmarks of one name.
+    pub n_sightings_doubted: usize,
 }

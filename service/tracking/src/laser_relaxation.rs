@@ -1,5 +1,5 @@
 //! Relaxation of laser sessions: closures, pose graph, and every scan matched against all that was seen
-//! near it; a slice at a time.
+//! near it; a slice at a time. Named landmarks that were seen on the way are part of the graph.
 //!
 //! Several sessions on one map are one graph. No odometry leads from one to the next: closures and the
 //! scans matched across them say how they lie to each other, and where nothing was seen twice each stays
@@ -47,6 +47,8 @@ pub struct LaserRelaxation {
     /// For each key scan, those on other passes that it is matched with.
     across: Vec<Vec<usize>>,
     closures: Vec<Closure>,
+    /// Of each travel, sightings of landmarks that the graph rests on, and that it does not believe.
+    n_sightings: Vec<(usize, usize)>,
     /// Between the search for closures and the end of the sweeps, what it found.
     search: Option<Box<ClosureSearch>>,
     /// Of the key scans, by live mapping.
@@ -143,6 +145,7 @@ impl LaserRelaxation {
         let live = keys.iter().map(|key| scans[key.scan].map_from_robot).collect();
         Ok(Self {
             calibrations: vec![Calibration::NONE; travels.len()],
+            n_sightings: vec![(0, 0); travels.len()],
             travels,
             params: *params,
             frame,
@@ -240,7 +243,7 @@ impl LaserRelaxation {
         let by_odometry = (self.calibrations.as_slice(), &self.params.odometry);
         self.chain = Chain::new(&self.travels.all, &self.keys, &steps, by_odometry);
         let pairs = pairs_along(&self.keys);
-        Work::ChainSweeps(Sweeps::new(&self.keys, pairs, self.way_edges()), 0)
+        Work::ChainSweeps(Sweeps::new(&self.keys, pairs, self.way_edges(), Vec::new()), 0)
     }
 
     /// Finds the scale of each travel's odometry.
@@ -310,8 +313,11 @@ impl LaserRelaxation {
             self.across[b].push(a);
         }
         pairs.extend(across);
-        let others = search.graph.anchor_edges().into_iter().chain(self.way_edges());
-        let sweeps = Sweeps::new(&self.keys, pairs, others);
+        let to_landmarks = search.graph.landmark_edges(self.keys.len());
+        let seen_again = search.graph.anchor_edges().into_iter().chain(to_landmarks);
+        let landmarks = search.graph.landmarks.poses.clone();
+        let others = seen_again.chain(self.way_edges());
+        let sweeps = Sweeps::new(&self.keys, pairs, others, landmarks);
         self.live = live;
         self.search = Some(search);
         Work::Sweeps(sweeps, 0)
@@ -327,10 +333,7 @@ impl LaserRelaxation {
         let optimised = sweeps.solve(&mut self.key_poses, &self.params.sweep_graph);
         let n_done = n_done + 1;
         if n_done == self.params.n_wide_sweeps {
-            let n_closures =
-                self.search.as_ref().map_or(0, |search| search.graph.anchor_edges().len());
-            let chi2_max = self.params.closures.inconsistent_chi2_min;
-            sweeps.leave_out(n_closures, &self.key_poses, chi2_max);
+            self.leave_out(&mut sweeps);
             sweeps.forget();
         }
         let is_settled = self.params.n_wide_sweeps < n_done && optimised.step_last < STEP_MIN;
@@ -341,9 +344,20 @@ impl LaserRelaxation {
         self.after.chi2 = sweeps.chi2(&self.key_poses);
         if let Some(search) = self.search.take() {
             self.closures = search.ledger(self.evidence(), &self.key_poses);
+            self.n_sightings = search.n_sightings(self.travels.len());
         }
         self.n_placed = 0;
         Work::Placing(Drawing::new(self.frame))
+    }
+
+    /// Leaves out the closures and sightings that the scans contradict.
+    fn leave_out(&mut self, sweeps: &mut Sweeps) {
+        let Some(search) = &mut self.search else { return };
+        let n_closures = search.graph.anchor_edges().len();
+        let n_seen_again = n_closures + search.graph.landmarks.believed().len();
+        let chi2_max = self.params.closures.inconsistent_chi2_min;
+        let kept = sweeps.leave_out(n_seen_again, &self.key_poses, chi2_max);
+        search.graph.landmarks.keep(&kept[n_closures..]);
     }
 
     /// Places some scans and draws the map by the relaxed poses.
@@ -407,7 +421,15 @@ impl LaserRelaxation {
             let poses = self.poses[scans.clone()].to_vec();
             let pairs = poses.iter().zip(&self.travels.all.scans[scans]);
             let moves = pairs.map(|(pose, scan)| pose.step_to(scan.map_from_robot).distance_m());
-            TravelOutcome { move_max_m: moves.fold(0.0, f64::max), poses, calibration }
+            let move_max_m = moves.fold(0.0, f64::max);
+            let (n_sightings_in_graph, n_sightings_doubted) = self.n_sightings[travel];
+            TravelOutcome {
+                poses,
+                move_max_m,
+                calibration,
+                n_sightings_in_graph,
+                n_sightings_doubted,
+            }
         };
         LaserOutcome {
             travels: self.calibrations.iter().enumerate().map(of_travel).collect(),

@@ -7,6 +7,7 @@
 mod closures;
 mod drawing;
 mod graph;
+mod landmarks;
 mod laser_outcome;
 mod laser_relaxation;
 mod live;
@@ -36,6 +37,7 @@ pub use relaxation_params::{ClosureParams, LaserRelaxationParams};
 pub use scans::calibration::Calibration;
 pub use scans::chain::OdometryParams;
 pub use scans::key_scan::KeyScanParams;
+pub use scans::landmark_sighting::LandmarkSighting;
 pub use scans::laser_travel::{DrivenScan, LaserTravel, PlacedTravel, TravelLaser};
 pub use scans::neighbours::NeighbourParams;
 pub use sharpness::Sharpness;

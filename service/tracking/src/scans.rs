@@ -3,6 +3,7 @@
 pub(crate) mod calibration;
 pub(crate) mod chain;
 pub(crate) mod key_scan;
+pub(crate) mod landmark_sighting;
 pub(crate) mod laser_travel;
 pub(crate) mod neighbours;
 pub(crate) mod placing;

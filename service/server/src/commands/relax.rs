@@ -145,6 +145,13 @@ fn print_scans(session: &str, scans: &v1::ScanRelaxation, moved_m: f64) {
         scans.chi2_after,
         scans.chi2_before
     );
+    let n_sightings = scans.sightings_in_graph + scans.sightings_fitted_only;
+    if 0 < n_sightings {
+        println!(
+            "  landmarks: {} of {n_sightings} sightings in the graph, {} doubted",
+            scans.sightings_in_graph, scans.sightings_doubted
+        );
+    }
 }
 
 fn sessions(job: &v1::Job) -> &[v1::RelaxedSession] {
@@ -171,6 +178,9 @@ fn scans_json(scans: &v1::ScanRelaxation) -> serde_json::Value {
         "chi2_after": scans.chi2_after,
         "before": sharpness(scans.before),
         "after": sharpness(scans.after),
+        "sightings_in_graph": scans.sightings_in_graph,
+        "sightings_fitted_only": scans.sightings_fitted_only,
+        "sightings_doubted": scans.sightings_doubted,
     })
 }
 

@@ -18,6 +18,7 @@ mod fitted_together;
 mod grid_landmarks;
 pub(super) mod landmark_travel;
 mod live_poses;
+mod named_sightings;
 mod saved;
 mod several;
 mod solver;

@@ -49,6 +49,14 @@ pub(crate) struct ScanRelaxation {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     after: Option<GridSharpness>,
+    /// Sightings that the poses rest on beside the scans: of landmarks that have an identity and were
+    /// seen from several places, by whichever sessions are relaxed together.
+    sightings_in_graph: u32,
+    /// The other sightings: they say where their landmarks are, seen from poses found without them.
+    sightings_fitted_only: u32,
+    /// Those among the latter whose landmark was seen from several places, but not where it was: an
+    /// identity that was misread, or that several landmarks have.
+    sightings_doubted: u32,
 }
 
 /// How sharp a grid is: the less entropy, the sharper.
@@ -72,6 +80,9 @@ impl From<v1::ScanRelaxation> for ScanRelaxation {
             chi2_after,
             before,
             after,
+            sightings_in_graph,
+            sightings_fitted_only,
+            sightings_doubted,
         } = wire;
         Self {
             scans,
@@ -81,6 +92,9 @@ impl From<v1::ScanRelaxation> for ScanRelaxation {
             chi2_after,
             before: before.map(GridSharpness::from),
             after: after.map(GridSharpness::from),
+            sightings_in_graph,
+            sightings_fitted_only,
+            sightings_doubted,
         }
     }
 }

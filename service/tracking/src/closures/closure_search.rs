@@ -4,7 +4,8 @@
 //! that is. What is ambiguous ([`overlaid`]) stays in the ledger with its alternatives, and is judged
 //! again when other closures have made the graph surer: the alternatives of a whole way are decided by
 //! what all of it says, not each by its score. A closure across great uncertainty is not believed alone:
-//! another, of another submap, must say the same.
+//! another, of another submap, must say the same. What a submap saw of named landmarks is told to the
+//! graph before: then closures are looked for where these have it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -13,12 +14,14 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::closures::closure::{Closure, ClosureKey, Refusal, Verdict};
 use crate::closures::evidence::Evidence;
+use crate::closures::joined::Joined;
 use crate::closures::known_closures::{known, submaps_of};
 use crate::closures::overlay::{Found, Guess, overlaid};
 use crate::closures::submap_charts::SubmapCharts;
-use crate::closures::submap_graph::{SubmapGraph, SubmapPair};
+use crate::closures::submap_graph::{GivenUp, SubmapGraph, SubmapPair};
 use crate::graph::pose_graph::Edge;
 use crate::graph::uncertainty::{composed, inverted};
+use crate::landmarks::landmark_search::LandmarkSearch;
 use crate::relaxation_params::ClosureParams;
 use crate::side_by_side::side_by_side;
 
@@ -26,6 +29,9 @@ use crate::side_by_side::side_by_side;
 #[derive(Debug)]
 pub(crate) struct ClosureSearch {
     pub(crate) graph: SubmapGraph,
+    landmarks: LandmarkSearch,
+    /// Whether the graph knows of landmarks that its poses do not yet heed.
+    is_stale: bool,
     found: BTreeMap<SubmapPair, Found>,
     /// Those among them that an earlier relaxation judged, as it did.
     known: BTreeMap<SubmapPair, Closure>,
@@ -59,6 +65,8 @@ impl ClosureSearch {
         let pairs = refused.iter().filter_map(|key| submaps_of(key, &graph.submaps, evidence));
         let refused = pairs.map(|(from, to)| (from.min(to), from.max(to))).collect();
         let mut search = Self {
+            landmarks: LandmarkSearch::new(&graph.submaps, evidence),
+            is_stale: false,
             graph,
             found: BTreeMap::new(),
             known: BTreeMap::new(),
@@ -109,13 +117,19 @@ impl ClosureSearch {
         if 0 < self.n_accepted {
             self.n_accepted_in_pass += self.n_accepted;
             self.n_accepted = 0;
-            self.graph.optimise(&evidence.params.graph);
+            self.optimise(evidence);
         }
         while self.next < self.graph.submaps.len() && self.is_known(self.next, evidence) {
             self.next += 1;
+            if self.sees_landmarks(self.next - 1, evidence) {
+                return true;
+            }
         }
         if self.next == self.graph.submaps.len() {
             self.n_passes += 1;
+            if self.is_stale {
+                self.optimise(evidence);
+            }
             let n_passes_max = evidence.params.closures.n_passes_max;
             if self.n_accepted_in_pass == 0 || n_passes_max <= self.n_passes {
                 self.settle(evidence);
@@ -123,9 +137,32 @@ impl ClosureSearch {
             }
             (self.next, self.n_accepted_in_pass) = (0, 0);
         }
+        self.sees_landmarks(self.next, evidence);
         self.guesses = self.guesses_of(self.next, evidence).into();
         self.next += 1;
         true
+    }
+
+    fn optimise(&mut self, evidence: Evidence<'_>) {
+        self.graph.optimise(&evidence.params.graph);
+        self.is_stale = false;
+    }
+
+    /// Tells the graph what a submap saw of landmarks. False if there was nothing to look at.
+    fn sees_landmarks(&mut self, submap: usize, evidence: Evidence<'_>) -> bool {
+        let judged = self.landmarks.judge(submap, &mut self.graph);
+        self.is_stale |= 0 < judged.n_joined;
+        if judged.is_news {
+            self.n_accepted_in_pass += 1;
+            self.optimise(evidence);
+        }
+        0 < judged.n_asked
+    }
+
+    /// Of each travel, the sightings of landmarks that the graph rests on, and those that were seen again
+    /// but not where they were.
+    pub(crate) fn n_sightings(&self, n_travels: usize) -> Vec<(usize, usize)> {
+        self.landmarks.counts(&self.graph, n_travels)
     }
 
     /// True if an earlier relaxation has placed all of a submap.
@@ -302,25 +339,26 @@ impl ClosureSearch {
             .collect()
     }
 
-    /// Refuses what the other closures contradict, the worst first.
+    /// Refuses what the others contradict, of closures and landmarks, the worst first.
     fn settle(&mut self, evidence: Evidence<'_>) {
         self.charts = SubmapCharts::default();
         let chi2_max = evidence.params.closures.inconsistent_chi2_min;
-        while let Some(pair) = self.graph.remove_worst(chi2_max) {
-            if let Some(found) = self.found.get_mut(&pair) {
+        while let Some(wrong) = self.graph.remove_worst(chi2_max) {
+            if let GivenUp::Closure(pair) = wrong
+                && let Some(found) = self.found.get_mut(&pair)
+            {
                 found.verdict = Verdict::Refused(Refusal::Inconsistent);
             }
             self.graph.optimise(&evidence.params.graph);
         }
     }
 
-    /// The submaps whose scans may be matched with one another: those that closures join, and their
-    /// neighbours, but none that an operator took apart.
-    pub(crate) fn joined(&self) -> BTreeSet<SubmapPair> {
-        let mut joined = self.graph.joined();
+    /// The submaps whose scans may be matched with one another: those that closures or landmarks join,
+    /// and their neighbours, but none that an operator took apart.
+    pub(crate) fn joined(&self) -> Joined {
         let off = Verdict::Refused(Refusal::SwitchedOff);
-        joined.retain(|pair| self.found.get(pair).is_none_or(|found| found.verdict != off));
-        joined
+        let is_off = |(pair, found): (&SubmapPair, &Found)| (found.verdict == off).then_some(*pair);
+        self.graph.joined(self.found.iter().filter_map(is_off).collect())
     }
 
     /// The ledger, with residuals by the poses of key scans. What these contradict is refused.

@@ -1,4 +1,4 @@
-//! The pose graph of submaps: the way driven, and the closures that are believed.
+//! The pose graph of submaps: the way driven, and the closures and landmarks that are believed.
 
 use std::collections::BTreeSet;
 
@@ -6,11 +6,13 @@ use meetpoint_geometry::Pose;
 use nalgebra::Matrix3;
 
 use crate::closures::evidence::Evidence;
+use crate::closures::joined::Joined;
 use crate::closures::submap::{Submap, submaps};
 use crate::closures::submap_charts::around;
 use crate::graph::normal_equations::NormalEquations;
 use crate::graph::pose_graph::{Edge, PoseGraphParams, optimise};
 use crate::graph::uncertainty::{Link, composed, covariances_from, inverted};
+use crate::landmarks::landmark_nodes::LandmarkNodes;
 use crate::scans::chain::Chain;
 
 /// Two submaps, the earlier first.
@@ -27,6 +29,16 @@ pub(crate) struct SubmapGraph {
     /// Of the way driven, from each submap to the next; to the first of a travel, of where it was placed.
     steps: Vec<Edge>,
     closures: Vec<Edge>,
+    pub(crate) landmarks: LandmarkNodes,
+}
+
+/// What a graph gave up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GivenUp {
+    /// A closure.
+    Closure(SubmapPair),
+    /// Views of landmarks.
+    Views,
 }
 
 impl SubmapGraph {
@@ -36,7 +48,8 @@ impl SubmapGraph {
         let submaps = submaps(keys, &params.submaps);
         let poses = submaps.iter().map(|submap| chain.poses[submap.anchor]).collect();
         let links = vec![Vec::new(); submaps.len()];
-        let mut graph = Self { submaps, poses, links, steps: Vec::new(), closures: Vec::new() };
+        let (steps, closures, landmarks) = (Vec::new(), Vec::new(), LandmarkNodes::default());
+        let mut graph = Self { submaps, poses, links, steps, closures, landmarks };
         let mut starts = evidence.travels.start_edges(keys).into_iter();
         for to in 1..graph.submaps.len() {
             let from = to - 1;
@@ -92,29 +105,53 @@ impl SubmapGraph {
         Some(Edge { from, to, from_to, information, chi2_turn: f64::INFINITY })
     }
 
+    /// Notes how sure it is where the second lies seen from the first, as the poses are.
+    pub(crate) fn link(&mut self, (from, to): SubmapPair, covariance: &Matrix3<f64>) {
+        let from_to = self.poses[from].step_to(self.poses[to]);
+        self.links[from].push((to, *covariance));
+        self.links[to].push((from, inverted(from_to, covariance)));
+    }
+
     /// A bound of the covariance of every submap seen from one.
     pub(crate) fn covariances_from(&self, start: usize) -> Vec<Option<Matrix3<f64>>> {
         covariances_from(start, &self.poses, &self.links)
     }
 
-    /// Finds the poses anew.
+    /// Finds the poses anew, of submaps and landmarks.
     pub(crate) fn optimise(&mut self, params: &PoseGraphParams) {
-        let edges: Vec<Edge> = self.steps.iter().chain(&self.closures).copied().collect();
-        let mut equations = NormalEquations::new(self.poses.len(), &edges);
-        optimise(&mut self.poses, &edges, &mut equations, params);
+        let mut edges: Vec<Edge> = self.steps.iter().chain(&self.closures).copied().collect();
+        let (n_submaps, n_firm) = (self.poses.len(), edges.len());
+        edges.extend(self.landmarks.edges(n_submaps));
+        let mut nodes = [self.poses.as_slice(), &self.landmarks.poses].concat();
+        let mut equations = NormalEquations::new(nodes.len(), &edges);
+        loop {
+            optimise(&mut nodes, &edges, &mut equations, params);
+            if !self.landmarks.tighten(&mut edges[n_firm..]) {
+                break;
+            }
+        }
+        self.landmarks.poses = nodes.split_off(n_submaps);
+        self.poses = nodes;
     }
 
-    /// Gives up the closure with the largest residual, if its square is larger than `chi2_max`, and
-    /// says which it was.
-    pub(crate) fn remove_worst(&mut self, chi2_max: f64) -> Option<SubmapPair> {
+    /// Gives up what has the largest residual, if its square is larger than `chi2_max`, and says what it
+    /// was.
+    pub(crate) fn remove_worst(&mut self, chi2_max: f64) -> Option<GivenUp> {
         let chi2 = |edge: &Edge| edge.chi2(self.poses[edge.from], self.poses[edge.to]);
         let all = self.closures.iter().enumerate().map(|(index, edge)| (chi2(edge), index));
-        let (worst, index) = all.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        if worst <= chi2_max {
-            return None;
+        let of_closure = all.max_by(|a, b| a.0.total_cmp(&b.0)).filter(|worst| chi2_max < worst.0);
+        let of_view = self.landmarks.worst_chi2(&self.poses);
+        match of_closure {
+            Some((worst, index)) if of_view <= worst => {
+                let edge = self.closures.remove(index);
+                Some(GivenUp::Closure((edge.from, edge.to)))
+            }
+            _ if chi2_max < of_view => {
+                self.landmarks.remove_worst(&self.poses, chi2_max);
+                Some(GivenUp::Views)
+            }
+            _ => None,
         }
-        let edge = self.closures.remove(index);
-        Some((edge.from, edge.to))
     }
 
     /// The closures, as edges between the key scans that are the submaps' anchors.
@@ -124,20 +161,31 @@ impl SubmapGraph {
         self.closures.iter().map(edge).collect()
     }
 
+    /// What is believed of landmarks, as edges from the key scans that are the submaps' anchors;
+    /// landmarks are counted from `n_before` on.
+    pub(crate) fn landmark_edges(&self, n_before: usize) -> impl Iterator<Item = Edge> + '_ {
+        let anchor = |submap: usize| self.submaps[submap].anchor;
+        self.landmarks.edges(n_before).map(move |edge| Edge { from: anchor(edge.from), ..edge })
+    }
+
     /// Which submap each key scan belongs to.
     pub(crate) fn submap_of(&self) -> Vec<usize> {
         let keys = self.submaps.iter().enumerate();
         keys.flat_map(|(index, submap)| submap.keys.clone().map(move |_| index)).collect()
     }
 
-    /// The submaps that closures join, and their neighbours along the way.
-    pub(crate) fn joined(&self) -> BTreeSet<SubmapPair> {
+    /// The submaps that closures or landmarks join, and their neighbours along the way; `apart` are
+    /// not.
+    pub(crate) fn joined(&self, apart: BTreeSet<SubmapPair>) -> Joined {
         let around = |submap: usize| around(submap, &self.submaps);
         let pairs = |edge: &Edge| {
             let to = around(edge.to);
             around(edge.from).flat_map(move |from| to.clone().map(move |to| (from, to)))
         };
-        self.closures.iter().flat_map(pairs).collect()
+        let pairs = self.closures.iter().flat_map(pairs).collect();
+        let seen = self.landmarks.of_submaps(self.submaps.len());
+        let near = |submap: usize| around(submap).flat_map(|near| seen[near].iter().copied());
+        Joined::new(pairs, (0..seen.len()).map(|submap| near(submap).collect()).collect(), apart)
     }
 
     /// Poses of the key scans: those of the chain, bent so that the anchors are where they were found.

@@ -45,13 +45,19 @@ impl KeyScan {
     }
 }
 
-/// The key scans of travels, in order: of each the first that saw walls, and from there on each that the
-/// robot moved far enough for.
+/// The key scans of travels, in order: of each the first that saw walls or a landmark, and from there on
+/// each such one that the robot moved far enough for.
 pub(crate) fn key_scans(travels: &Travels, params: &KeyScanParams) -> Vec<KeyScan> {
-    (0..travels.len()).flat_map(|travel| key_scans_of(travels, travel, params)).collect()
+    let sighted = travels.sighted();
+    let of = |travel| key_scans_of(travels, (travel, &sighted), params);
+    (0..travels.len()).flat_map(of).collect()
 }
 
-fn key_scans_of(travels: &Travels, of: usize, params: &KeyScanParams) -> Vec<KeyScan> {
+fn key_scans_of(
+    travels: &Travels,
+    (of, sighted): (usize, &[bool]),
+    params: &KeyScanParams,
+) -> Vec<KeyScan> {
     let travel = &travels.all;
     let mut keys: Vec<KeyScan> = Vec::new();
     let (mut driven_m, mut before) = (0.0, None);
@@ -70,7 +76,7 @@ fn key_scans_of(travels: &Travels, of: usize, params: &KeyScanParams) -> Vec<Key
             continue;
         }
         if let Some(surface) = surface(travel, scan, params.range_max_m)
-            && N_FACETS_MIN <= surface.facets().len()
+            && (N_FACETS_MIN <= surface.facets().len() || sighted[index])
         {
             let is_known = travels.is_known(index);
             keys.push(KeyScan { travel: of, scan: index, driven_m, is_known, surface });
@@ -88,7 +94,7 @@ pub(crate) fn step(from: &DrivenScan, to: &DrivenScan) -> Pose {
 }
 
 /// The step from one scan to another by odometry, if both have it.
-fn odometry_step(from: &DrivenScan, to: &DrivenScan) -> Option<Pose> {
+pub(crate) fn odometry_step(from: &DrivenScan, to: &DrivenScan) -> Option<Pose> {
     Some(from.odometry_from_robot?.step_to(to.odometry_from_robot?))
 }
 

@@ -5,6 +5,8 @@ use std::sync::Arc;
 use meetpoint_geometry::Pose;
 use meetpoint_occupancy::LaserGeometry;
 
+use crate::scans::landmark_sighting::LandmarkSighting;
+
 /// A laser on the robot of a travel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TravelLaser {
@@ -52,6 +54,9 @@ pub struct PlacedTravel {
     /// So many of its first scans have the poses that an earlier relaxation found. Asked by
     /// [`LaserRelaxation::going_on`](crate::LaserRelaxation::going_on) only.
     pub n_relaxed: usize,
+    /// Named landmarks that were seen along it, in any order. What can say nothing, of scans that are not
+    /// there or with numbers that are none, is left out.
+    pub sightings: Vec<LandmarkSighting>,
 }
 
 impl PlacedTravel {
@@ -59,9 +64,10 @@ impl PlacedTravel {
     /// pose that a person points out (0.25 m2), with a heading that is better aimed.
     pub const KNOWN_START: [[f64; 3]; 3] = [[0.25, 0.0, 0.0], [0.0, 0.25, 0.0], [0.0, 0.0, 0.01]];
 
-    /// A travel whose start was told.
+    /// A travel whose start was told, without landmarks.
     #[must_use]
     pub fn of_known_start(travel: LaserTravel) -> Self {
-        Self { travel, start_covariance: Self::KNOWN_START, n_relaxed: 0 }
+        let start_covariance = Self::KNOWN_START;
+        Self { travel, start_covariance, n_relaxed: 0, sightings: Vec::new() }
     }
 }

@@ -1,10 +1,11 @@
 //! Which key scans are matched with which: those just before and after, and those that were taken near
-//! on other passes that closures (or a short way) join.
+//! on other passes that closures, landmarks or a short way join.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use meetpoint_geometry::Pose;
 
+use crate::closures::joined::Joined;
 use crate::scans::key_scan::KeyScan;
 use crate::scans::sweep::Pair;
 
@@ -38,11 +39,11 @@ pub(crate) fn pairs_along(keys: &[KeyScan]) -> Vec<Pair> {
 }
 
 /// Each key scan with the nearest of every earlier pass, the nearest passes first. `submap_of` says
-/// which submap each belongs to, and `joined` which submaps closures join (the earlier first).
+/// which submap each belongs to, and `joined` which submaps may be matched (the earlier first).
 pub(crate) fn pairs_across(
     keys: &[KeyScan],
     poses: &[Pose],
-    (submap_of, joined): (&[usize], &BTreeSet<(usize, usize)>),
+    (submap_of, joined): (&[usize], &Joined),
     params: &NeighbourParams,
 ) -> Vec<Pair> {
     let square = |pose: &Pose| {
@@ -62,7 +63,7 @@ pub(crate) fn pairs_across(
             (N_OWN_PASS < index - other || keys[index].travel != keys[other].travel)
                 && pose.step_to(poses[other]).distance_m() <= params.radius_m
                 && (way_m <= params.way_max_m
-                    || joined.contains(&(submap_of[other], submap_of[index])))
+                    || joined.contains((submap_of[other], submap_of[index])))
         });
         near.sort_unstable();
         let mut nearest = nearest_of_passes(&near, *pose, (keys, poses));

@@ -29,6 +29,8 @@ pub(crate) struct Sweeps {
     edges: Vec<Edge>,
     /// How each pair stood when it was last matched.
     matched_at: Vec<Option<Pose>>,
+    /// Where landmarks are; edges count them after the key scans.
+    landmarks: Vec<Pose>,
     equations: NormalEquations,
     next: usize,
 }
@@ -45,15 +47,17 @@ const N_AT_ONCE: usize = 32;
 const MOVED_MIN: f64 = 1e-3;
 
 impl Sweeps {
-    /// Sweeps over some pairs, with edges that stay as they are. The first key scan stays where it is, and
-    /// so do those that are known.
+    /// Sweeps over some pairs, with edges that stay as they are, between key scans and, counted after
+    /// them, from these to landmarks. The first key scan stays where it is, and so do those that are known.
     pub(crate) fn new(
         keys: &[KeyScan],
         mut pairs: Vec<Pair>,
         others: impl Iterator<Item = Edge>,
+        landmarks: Vec<Pose>,
     ) -> Self {
-        let held: Vec<bool> =
+        let mut held: Vec<bool> =
             keys.iter().enumerate().map(|(index, key)| index == 0 || key.is_known).collect();
+        held.resize(keys.len() + landmarks.len(), false);
         pairs.retain(|&(a, b)| !(keys[a].is_known && keys[b].is_known));
         let unknown = |(from, to): Pair| Edge {
             from,
@@ -66,7 +70,8 @@ impl Sweeps {
             pairs.iter().flat_map(|&(a, b)| [unknown((a, b)), unknown((b, a))]).collect();
         edges.extend(others);
         let equations = NormalEquations::holding(&held, &edges);
-        Self { matched_at: vec![None; pairs.len()], pairs, edges, equations, next: 0 }
+        let matched_at = vec![None; pairs.len()];
+        Self { pairs, edges, matched_at, landmarks, equations, next: 0 }
     }
 
     /// Lets every pair be matched again, however little it moved.
@@ -106,23 +111,50 @@ impl Sweeps {
         true
     }
 
-    /// Leaves out those of the first `n` of the other edges whose square is larger than `chi2_max`.
-    pub(crate) fn leave_out(&mut self, n: usize, poses: &[Pose], chi2_max: f64) {
+    /// Leaves out those of the first `n` of the other edges whose square is larger than `chi2_max`, and
+    /// says of each whether it was kept.
+    pub(crate) fn leave_out(&mut self, n: usize, poses: &[Pose], chi2_max: f64) -> Vec<bool> {
+        let nodes = [poses, &self.landmarks].concat();
         let others = self.edges.iter_mut().skip(2 * self.pairs.len()).take(n);
-        for edge in others.filter(|edge| chi2_max < edge.chi2(poses[edge.from], poses[edge.to])) {
-            edge.information.fill(0.0);
-        }
+        let kept = others.map(|edge| {
+            let is_kept = edge.chi2(nodes[edge.from], nodes[edge.to]) <= chi2_max;
+            if !is_kept {
+                edge.information.fill(0.0);
+            }
+            is_kept
+        });
+        kept.collect()
     }
 
     /// Moves the poses by what was matched; the next sweep may begin.
     pub(crate) fn solve(&mut self, poses: &mut Vec<Pose>, params: &PoseGraphParams) -> Optimised {
         self.next = 0;
-        optimise(poses, &self.edges, &mut self.equations, params)
+        let n_keys = poses.len();
+        poses.append(&mut self.landmarks);
+        let optimised = optimise(poses, &self.edges, &mut self.equations, params);
+        self.landmarks = poses.split_off(n_keys);
+        optimised
     }
 
-    /// Square of all residuals in units of their deviations, at these poses.
+    /// Square of all residuals in units of their deviations, at these poses of the key scans, with
+    /// landmarks where these have them on average.
     pub(crate) fn chi2(&self, poses: &[Pose]) -> f64 {
-        cost(poses, &self.edges)
+        let mut nodes = [poses, &self.landmarks].concat();
+        let mut seen = vec![(0.0, 0.0, 0.0); self.landmarks.len()];
+        for edge in self.edges.iter().filter(|edge| poses.len() <= edge.to) {
+            let at = poses[edge.from] * edge.from_to.position();
+            let (weight, x_m, y_m) = &mut seen[edge.to - poses.len()];
+            let information = edge.information[(0, 0)];
+            *weight += information;
+            *x_m += information * at.x;
+            *y_m += information * at.y;
+        }
+        for (node, (weight, x_m, y_m)) in nodes[poses.len()..].iter_mut().zip(seen) {
+            if 0.0 < weight {
+                *node = Pose::new(x_m / weight, y_m / weight, 0.0);
+            }
+        }
+        cost(&nodes, &self.edges)
     }
 }
 

@@ -6,6 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::closures::closure::ClosureMoment;
 use crate::graph::pose_graph::Edge;
 use crate::scans::key_scan::KeyScan;
+use crate::scans::landmark_sighting::LandmarkSighting;
 use crate::scans::laser_travel::{DrivenScan, LaserTravel, PlacedTravel};
 
 /// The travels.
@@ -19,6 +20,8 @@ pub(crate) struct Travels {
     starts: Vec<Matrix3<f64>>,
     /// The first scan of each that is not known from an earlier relaxation.
     news: Vec<usize>,
+    /// What was seen of landmarks, with scans among all. Invariant: finite, of scans that are there.
+    pub(crate) sightings: Vec<LandmarkSighting>,
 }
 
 /// No start is surer: a centimetre and a tenth of a degree. It also keeps the numbers well-behaved.
@@ -32,7 +35,8 @@ impl Travels {
     pub(crate) fn new(travels: Vec<PlacedTravel>, goes_on: bool) -> Self {
         let mut all = LaserTravel::default();
         let (mut bounds, mut starts, mut news) = (vec![0], Vec::new(), Vec::new());
-        for PlacedTravel { travel, start_covariance, n_relaxed } in travels {
+        let mut all_sightings = Vec::new();
+        for PlacedTravel { travel, start_covariance, n_relaxed, sightings } in travels {
             let LaserTravel { lasers, scans } = with_finite_poses(travel);
             let (n_before, n_own) = (all.lasers.len(), lasers.len());
             all.lasers.extend(lasers);
@@ -40,12 +44,16 @@ impl Travels {
             let laser = |of: usize| if of < n_own { n_before + of } else { usize::MAX };
             let n_known = if goes_on { n_relaxed.min(scans.len()) } else { 0 };
             news.push(all.scans.len() + n_known);
+            let first = all.scans.len();
+            let own = sightings.into_iter().filter_map(|seen| seen.checked(scans.len()));
+            all_sightings
+                .extend(own.map(|seen| LandmarkSighting { scan: first + seen.scan, ..seen }));
             let scans = scans.into_iter();
             all.scans.extend(scans.map(|scan| DrivenScan { laser: laser(scan.laser), ..scan }));
             bounds.push(all.scans.len());
             starts.push(start(&start_covariance));
         }
-        Self { all, bounds, starts, news }
+        Self { all, bounds, starts, news, sightings: all_sightings }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -70,6 +78,15 @@ impl Travels {
     /// True for a scan whose pose is known from an earlier relaxation.
     pub(crate) fn is_known(&self, scan: usize) -> bool {
         scan < self.news[self.travel_of(scan)]
+    }
+
+    /// For each scan, whether a landmark was seen at it.
+    pub(crate) fn sighted(&self) -> Vec<bool> {
+        let mut sighted = vec![false; self.all.scans.len()];
+        for seen in &self.sightings {
+            sighted[seen.scan] = true;
+        }
+        sighted
     }
 
     /// The scan of a moment.

@@ -118,7 +118,8 @@ impl Relaxing<'_> {
         known: KnownClosures,
         saved: &Saved,
     ) -> Result<LaserOutcome, Stopped> {
-        let (travels, sessions) = (several.travels(), several.sessions());
+        let travels = several.travels(self.params.forget_identities);
+        let sessions = several.sessions();
         let first = sessions.first().map_or_else(String::new, |first| first.0.to_string());
         let mut pieces = self.bench.pieces(move |teller| {
             several::relaxed(travels, known, teller.n_threads(), |progress| {
@@ -155,17 +156,33 @@ impl Relaxing<'_> {
 
 /// What came of a session, for people.
 fn text(told: &v1::RelaxedSession) -> String {
-    let v1::ScanRelaxation { closures_accepted, closures_refused, before, after, .. } =
-        told.scans.unwrap_or_default();
+    let scans = told.scans.unwrap_or_default();
+    let v1::ScanRelaxation { closures_accepted, closures_refused, before, after, .. } = scans;
     let mean_bits = |sharpness: v1::GridSharpness| sharpness.entropy_mean_bits;
     let sharpness = before.zip(after).map_or_else(String::new, |(before, after)| {
         format!(" {:.4} bits a cell, {:.4} before;", mean_bits(after), mean_bits(before))
     });
     format!(
-        "session {}: {closures_accepted} closures accepted, {closures_refused} refused;{sharpness} \
+        "session {}: {closures_accepted} closures accepted, {closures_refused} refused;{}{sharpness} \
          poses moved by up to {:.2} m",
-        told.session, told.correction_max_m
+        told.session,
+        text_of_sightings(&scans),
+        told.correction_max_m
     )
+}
+
+/// What came of sightings of landmarks, for people; nothing without any.
+fn text_of_sightings(scans: &v1::ScanRelaxation) -> String {
+    let v1::ScanRelaxation { sightings_in_graph, sightings_fitted_only, .. } = *scans;
+    let n_sightings = sightings_in_graph + sightings_fitted_only;
+    if n_sightings == 0 {
+        return String::new();
+    }
+    let doubted = match scans.sightings_doubted {
+        0 => String::new(),
+        n_doubted => format!(" ({n_doubted} of others seen again, but not where they were)"),
+    };
+    format!(" {sightings_in_graph} of {n_sightings} sightings of landmarks in the graph{doubted};")
 }
 
 /// What came of several sessions together, for people; `None` of one.

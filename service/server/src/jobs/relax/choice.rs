@@ -1,4 +1,9 @@
 //! Which sessions a job relaxes, and by what.
+//!
+//! The method is that of what a session carries. With scans it is theirs, and what the session saw of
+//! landmarks that have identities takes part in the same graph: scans are right to centimetres where walls
+//! tell places apart, landmarks to decimetres anywhere. Landmarks alone, which may all look alike, are
+//! another method, expectation maximisation; it is theirs also who ask for landmarks from the grid.
 
 use meetpoint_proto::v1;
 use meetpoint_storage::{MapId, SessionFilter, SessionId, SessionRecord};

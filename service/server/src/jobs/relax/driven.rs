@@ -3,12 +3,13 @@
 use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 use meetpoint_storage::{JobId, SessionRecord};
-use meetpoint_tracking::{DrivenScan, LaserTravel, PlacedTravel, TravelOutcome};
+use meetpoint_tracking::{DrivenScan, LandmarkSighting, LaserTravel, PlacedTravel, TravelOutcome};
 
 use super::course::Course;
 use super::finding::count;
 use super::fitted_landmarks::fitted_landmarks;
 use super::live_poses::{KnownPoses, LivePose};
+use super::named_sightings::LandmarkNames;
 use super::way::{Way, WayScan};
 use crate::convert::pose;
 use crate::convert::relaxation::RelaxedSession;
@@ -55,13 +56,44 @@ impl Driven {
         Self { course, live, moments, travel, n_relaxed }
     }
 
-    /// What is relaxed, in the frame of the session's map.
-    pub(super) fn placed(&self, record: &SessionRecord) -> PlacedTravel {
+    /// What is relaxed, in the frame of the session's map, and what was seen of named landmarks.
+    pub(super) fn placed(
+        &self,
+        record: &SessionRecord,
+        sightings: Vec<LandmarkSighting>,
+    ) -> PlacedTravel {
         let (map_from_session, mut travel) = (place(record), self.travel.clone());
         for scan in &mut travel.scans {
             scan.map_from_robot = map_from_session * scan.map_from_robot;
         }
-        PlacedTravel { n_relaxed: self.n_relaxed, ..PlacedTravel::of_known_start(travel) }
+        let n_relaxed = self.n_relaxed;
+        PlacedTravel { n_relaxed, sightings, ..PlacedTravel::of_known_start(travel) }
+    }
+
+    /// What was seen of landmarks that have names, each from the scan that was taken nearest in time.
+    pub(super) fn named_sightings(&self, names: &mut LandmarkNames) -> Vec<LandmarkSighting> {
+        let live = |&moment: &usize| (moment, self.live[moment].session_from_robot);
+        let known: Vec<(usize, Pose)> = self.moments.iter().map(live).collect();
+        let mut sightings = Vec::new();
+        for (index, moment) in self.course.moments.iter().enumerate() {
+            if moment.seen.is_empty() {
+                continue;
+            }
+            let Some(scan) = self.scan_near(index) else { break };
+            let step = known[scan].1.step_to(self.pose(index, &known));
+            let named = |seen| names.sighting(seen, (scan, step * seen.robot_from_landmark));
+            sightings.extend(moment.seen.iter().filter_map(named));
+        }
+        sightings
+    }
+
+    /// The scan taken nearest to a moment in time, among those that arrived about then; `None` without
+    /// scans.
+    fn scan_near(&self, moment: usize) -> Option<usize> {
+        let next = self.moments.partition_point(|&scan| scan <= moment);
+        let near = next.saturating_sub(N_NEIGHBOURS)..self.moments.len().min(next + N_NEIGHBOURS);
+        let at_ns = self.live[moment].stamp_ns;
+        near.min_by_key(|&scan| self.live[self.moments[scan]].stamp_ns.abs_diff(at_ns))
     }
 
     pub(super) fn n_scans(&self) -> usize {
@@ -132,7 +164,13 @@ pub(super) fn found(
     forgets_identities: bool,
 ) -> (RelaxedSession, v1::RelaxedSession) {
     let moments = &driven.course.moments;
-    let TravelOutcome { poses, calibration, move_max_m: _ } = outcome;
+    let TravelOutcome {
+        poses,
+        calibration,
+        move_max_m: _,
+        n_sightings_in_graph,
+        n_sightings_doubted,
+    } = outcome;
     let map_from_session = place(record);
     let session_from_map = map_from_session.inverse();
     let relaxed: Vec<Pose> = poses.iter().map(|&pose| session_from_map * pose).collect();
@@ -161,6 +199,11 @@ pub(super) fn found(
         method: v1::RelaxMethod::Scans.into(),
         scans: Some(v1::ScanRelaxation {
             scans: count(driven.travel.scans.len()),
+            sightings_in_graph: count(*n_sightings_in_graph),
+            sightings_fitted_only: count(
+                landmarks.n_sightings.saturating_sub(*n_sightings_in_graph),
+            ),
+            sightings_doubted: count(*n_sightings_doubted),
             ..v1::ScanRelaxation::default()
         }),
         ..v1::RelaxedSession::default()
@@ -176,7 +219,9 @@ fn place(record: &SessionRecord) -> Pose {
 
 #[cfg(test)]
 mod tests {
-    use super::super::course::{CourseReader, Moment, Place};
+    use meetpoint_geometry::Point2;
+
+    use super::super::course::{CourseReader, Moment, Place, Seen};
     use super::*;
 
     /// Moments a second and a metre apart; every third is a scan.
@@ -213,6 +258,28 @@ mod tests {
             assert!(off_m < 1e-9, "{found:?} {expected:?}");
         }
         assert_eq!(driven.poses(&[]).len(), 6, "as live mapping had it");
+    }
+
+    #[test]
+    fn landmarks_are_seen_from_the_scan_nearest_in_time() {
+        let seen = |identity: Option<&str>| Seen {
+            identity: identity.map(str::to_owned),
+            landmark_type: "tag".to_owned(),
+            robot_from_landmark: Point2::new(2.0, 1.0),
+        };
+        let mut driven = driven(6);
+        driven.course.moments[2].seen = vec![seen(Some("a")), seen(None)];
+        driven.course.moments[5].seen = vec![seen(Some("a"))];
+        driven.live[5].stamp_ns = 1;
+        let found = driven.named_sightings(&mut LandmarkNames::default());
+        let places: Vec<(usize, [f64; 2])> = found
+            .iter()
+            .map(|one| (one.scan, [one.robot_from_landmark.x, one.robot_from_landmark.y]))
+            .collect();
+        let expected = [(0, [3.0, 1.0]), (0, [2.0, 1.0])];
+        assert_eq!(places, expected, "a metre after the scan, and late but at its stamp");
+        let without = Driven { moments: Vec::new(), ..driven };
+        assert_eq!(without.named_sightings(&mut LandmarkNames::default()), [], "no scans");
     }
 
     #[test]

@@ -15,6 +15,7 @@ use super::Found;
 use super::driven::{self, Driven};
 use super::finding::count;
 use super::live_poses::KnownPoses;
+use super::named_sightings::LandmarkNames;
 use super::way::Way;
 use crate::convert::closure;
 use crate::error::Error;
@@ -35,9 +36,15 @@ impl Several {
         Self(driven.filter(|(_, driven)| N_SCANS_MIN <= driven.n_scans()).collect())
     }
 
-    /// What is relaxed, in the map's frame.
-    pub(super) fn travels(&self) -> Vec<PlacedTravel> {
-        self.0.iter().map(|(record, driven)| driven.placed(record)).collect()
+    /// What is relaxed, in the map's frame. Landmarks with the same name are one, whoever saw them,
+    /// unless names are to be forgotten.
+    pub(super) fn travels(&self, forgets_identities: bool) -> Vec<PlacedTravel> {
+        let mut names = LandmarkNames::default();
+        let placed = |(record, driven): &(SessionRecord, Driven)| {
+            let sightings = (!forgets_identities).then(|| driven.named_sightings(&mut names));
+            driven.placed(record, sightings.unwrap_or_default())
+        };
+        self.0.iter().map(placed).collect()
     }
 
     pub(super) fn sessions(&self) -> Vec<SessionId> {
