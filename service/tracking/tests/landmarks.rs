@@ -7,7 +7,8 @@ use std::num::NonZero;
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_sim::{Building, Laser, OdometryError, Robot, corridor_loop};
 use meetpoint_tracking::{
-    LandmarkSighting, LaserOutcome, LaserRelaxation, LaserRelaxationParams, PlacedTravel,
+    LandmarkSighting, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserTravel,
+    PlacedTravel,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -227,7 +228,7 @@ fn whatever_is_said_of_landmarks_is_survived() {
     let outcome = relaxed(placed(&driven, seen));
     assert_eq!(poses(&outcome).len(), 80, "a pose for each scan");
     assert!(poses(&outcome).iter().all(|pose| pose.is_finite()), "{:?}", poses(&outcome));
-    let nothing = PlacedTravel::of_known_start(Default::default());
+    let nothing = PlacedTravel::of_known_start(LaserTravel::default());
     let blind = LandmarkSighting {
         scan: 0,
         robot_from_landmark: Point2::new(1.0, 0.0),
