@@ -47,4 +47,5 @@ mod sessions;
 mod sonar;
 mod storage_faults;
 mod stream;
+mod tagged_hall;
 mod watching;

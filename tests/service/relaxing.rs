@@ -281,7 +281,7 @@ async fn online_robots_are_corrected_and_go_on() {
     assert!(off_m < 2.0 * ERROR_MAX_M, "{off_m} m from where it drove: {end:?}");
 }
 
-/// Of a session with scans and sightings the scans say where the robot was; landmarks lie where it saw
+/// Where scans say to centimetres where the robot was, sightings leave it so; landmarks lie where it saw
 /// them from there.
 #[tokio::test(flavor = "multi_thread")]
 async fn scans_and_sightings_together() {

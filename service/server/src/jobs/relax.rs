@@ -1,10 +1,11 @@
 //! `relax`: where robots had been and where the landmarks are that they saw.
 //!
-//! Sessions with a laser are relaxed together, by their scans; each of the others is relaxed by the landmarks
-//! along it, and then all of these are fitted with the landmarks that they share. What is found of a session,
-//! the robot's pose at each of its observations and the landmarks, becomes one entry of the journal: from
-//! there on it is a decision like those of people, and the map is drawn by it now and whenever it is drawn
-//! again. Until that entry is written the job can be cancelled; after it the job only draws.
+//! Sessions with a laser are relaxed together, by their scans and the named landmarks that they saw; each of
+//! the others is relaxed by the landmarks along it, and then all of these are fitted with the landmarks that
+//! they share. What is found of a session, the robot's pose at each of its observations and the landmarks,
+//! becomes one entry of the journal: from there on it is a decision like those of people, and the map is
+//! drawn by it now and whenever it is drawn again. Until that entry is written the job can be cancelled;
+//! after it the job only draws.
 
 mod bending;
 mod by_landmarks;

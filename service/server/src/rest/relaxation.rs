@@ -7,8 +7,9 @@ use utoipa::ToSchema;
 use super::scan_relaxation::{RelaxMethod, ScanRelaxation};
 
 /// How a relax job is to be done. What a session carries decides by what it is relaxed: scans, else
-/// sightings of landmarks. Of a session with both the scans say where the robot was, and what it saw from
-/// there says where the landmarks are.
+/// sightings of landmarks. Of a session with both, scans and sightings of landmarks that have an identity
+/// say together where the robot was, each as far as it is sure; the other landmarks are where it saw
+/// them from there.
 #[derive(Debug, Default, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct RelaxParams {
