@@ -18,7 +18,7 @@ use meetpoint_occupancy::{Grid, ScanMarks, png};
 use meetpoint_tracking::{
     DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserStage, LaserTravel,
     LiveMap, MappingParams, Observation, ObservationKind, PlacedTravel, Sensor, SensorKind,
-    SessionConfig, SessionKey,
+    SessionConfig, SessionKey, TravelLaser,
 };
 
 use log::LoggedScan;
@@ -45,7 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             Some(cut) => tracked_apart(&log, cut)?,
             None => {
                 let (scans, start) = variant::of(&log, &name)?;
-                vec![PlacedTravel::of_known_start(tracked(&scans, start)?)]
+                vec![PlacedTravel::of_known_start(tracked(&scans, start, variant::mount(&name))?)]
             }
         };
         let mapped_s = began.elapsed().as_secs_f64();
@@ -64,6 +64,12 @@ fn main() -> Result<(), Box<dyn Error>> {
         let after: BTreeMap<i64, Pose> = all.iter().map(|scan| scan.stamp_ns).zip(poses).collect();
         println!("  live    {}", relations.errors(&live));
         println!("  relaxed {}", relations.errors(&after));
+        let mount = variant::mount(&name);
+        if mount != Pose::IDENTITY {
+            // The logs have the laser at the robot's origin: its poses are judged too.
+            let lasers = after.iter().map(|(&stamp_ns, &pose)| (stamp_ns, pose * mount)).collect();
+            println!("  the laser {}", relations.errors(&lasers));
+        }
         if let Some(cut) = cut {
             let across = relations.across(log[cut].stamp_ns);
             println!("  live, across    {}", across.errors(&live));
@@ -79,7 +85,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 
 /// Relaxes a log while it grows, each time going on from what was found before.
 fn grow(log: &[LoggedScan], relations: &Relations) -> Result<(), Box<dyn Error>> {
-    let whole = tracked(log, Pose::IDENTITY)?;
+    let whole = tracked(log, Pose::IDENTITY, Pose::IDENTITY)?;
     let (mut known, mut poses) = (Vec::new(), Vec::<Pose>::new());
     for tenth in 1..=N_GROWN {
         let mut travel = whole.clone();
@@ -112,10 +118,10 @@ const N_GROWN: usize = 10;
 
 /// The parts of a log before and after a scan, each mapped by itself, the second not quite where it was.
 fn tracked_apart(log: &[LoggedScan], cut: usize) -> Result<Vec<PlacedTravel>, Box<dyn Error>> {
-    let whole = tracked(log, Pose::IDENTITY)?;
+    let whole = tracked(log, Pose::IDENTITY, Pose::IDENTITY)?;
     let there = whole.scans.get(cut).ok_or("nothing behind the cut")?.map_from_robot;
-    let first = tracked(&log[..cut], Pose::IDENTITY)?;
-    let second = tracked(&log[cut..], there * variant::cut_error(cut))?;
+    let first = tracked(&log[..cut], Pose::IDENTITY, Pose::IDENTITY)?;
+    let second = tracked(&log[cut..], there * variant::cut_error(cut), Pose::IDENTITY)?;
     let (std_m, std_rad) = variant::CUT_OFF;
     let mut start_covariance = [[0.0; 3]; 3];
     for (axis, std) in [std_m, std_m, std_rad].into_iter().enumerate() {
@@ -155,10 +161,10 @@ fn print_outcome(outcome: &LaserOutcome) {
     }
 }
 
-/// What live mapping says of the scans.
-fn tracked(scans: &[LoggedScan], start: Pose) -> Result<LaserTravel, Box<dyn Error>> {
+/// What live mapping says of the scans, with the laser declared to sit at `mount`.
+fn tracked(scans: &[LoggedScan], start: Pose, mount: Pose) -> Result<LaserTravel, Box<dyn Error>> {
     let mut map = LiveMap::new(MappingParams::INDOOR, 0.05).map_err(|_| "no such resolution")?;
-    let laser = log::laser(scans);
+    let laser = TravelLaser { robot_from_sensor: mount, ..log::laser(scans) };
     let kind = SensorKind::Laser(laser.geometry);
     let sensor = Sensor { robot_from_sensor: laser.robot_from_sensor, kind };
     map.open_session(KEY, SessionConfig { map_from_start: start, sensors: vec![sensor] });

@@ -10,7 +10,8 @@ use crate::log::LoggedScan;
 
 /// The scans of a variant, and where it starts: `whole`, `thin` (every second scan), `first` and
 /// `second` (half), `long` and `short` (odometry's lengths off by 3 %), `turns` (its turns off by 3 %),
-/// `wrong` (5 % of the beams anywhere), `blind` (no odometry), `startN` (a start of that seed).
+/// `wrong` (5 % of the beams anywhere), `blind` (no odometry), `startN` (a start of that seed), `mountN` (the
+/// laser declared N degrees to the left and 0.2 m ahead of where it sits).
 pub(crate) fn of(
     log: &[LoggedScan],
     name: &str,
@@ -36,6 +37,12 @@ pub(crate) fn of(
         None => Pose::IDENTITY,
     };
     Ok((scans, start))
+}
+
+/// Where a variant declares that the laser sits: at the robot's origin, as logs have it, or elsewhere.
+pub(crate) fn mount(name: &str) -> Pose {
+    let degrees = name.strip_prefix("mount").and_then(|degrees| degrees.parse::<f64>().ok());
+    degrees.map_or(Pose::IDENTITY, |degrees| Pose::new(0.2, 0.0, degrees.to_radians()))
 }
 
 /// Two robots in place of one: a log cut at the share of its scans that `cut0.5` names, the second part

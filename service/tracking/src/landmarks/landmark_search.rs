@@ -58,8 +58,8 @@ pub(crate) struct LandmarkSearch {
     by_name: BTreeMap<usize, Vec<usize>>,
     /// Which landmark each view was taken for.
     landmark_of: Vec<Option<usize>>,
-    /// Views that wait for another name to say the same.
-    waiting: VecDeque<usize>,
+    /// Views that wait for another name to say the same, and what they said when they began to.
+    waiting: VecDeque<(usize, Match)>,
 }
 
 /// Views that are taken for one thing.
@@ -84,8 +84,7 @@ pub(crate) struct Judged {
 /// A view as one of a landmark.
 #[derive(Clone, Copy, Debug)]
 struct Match {
-    landmark: usize,
-    /// The view of it that the graph is surest of.
+    /// The view of it that the graph is surest of. Invariant: it was taken for a landmark.
     other: usize,
     said: Said,
 }
@@ -145,7 +144,7 @@ impl LandmarkSearch {
             } else {
                 let supporter = self.supporter(view, nearest, (graph, &covariances));
                 if supporter.is_none() {
-                    self.wait(view);
+                    self.wait(view, *nearest);
                     continue;
                 }
                 supporter
@@ -159,12 +158,12 @@ impl LandmarkSearch {
     }
 
     /// Notes that a view waits for another name to say the same.
-    fn wait(&mut self, view: usize) {
-        self.waiting.retain(|&other| other != view);
+    fn wait(&mut self, view: usize, found: Match) {
+        self.waiting.retain(|&(other, _)| other != view);
         if self.waiting.len() == N_WAITING_MAX {
             self.waiting.pop_front();
         }
-        self.waiting.push_back(view);
+        self.waiting.push_back((view, found));
     }
 
     /// A view that waits, of another name, that makes this one likely enough and is made so by it.
@@ -177,28 +176,25 @@ impl LandmarkSearch {
         let (own, other) = (&self.views[view], &self.views[found.other]);
         let poses = &graph.poses;
         let by_other = LazyCell::new(|| graph.covariances_from(other.submap));
-        let waiting = self
-            .waiting
-            .iter()
-            .filter(|&&waiting| !self.is_joined(waiting) && self.views[waiting].name != own.name);
-        let supports = |&waiting: &usize| {
-            let submap = self.views[waiting].submap;
-            let first = self.matches(waiting, (poses, &graph.covariances_from(submap)));
-            let [first] = first.as_slice() else { return None };
-            // From the own submap to that which waits, by what that says, and back to the other.
-            let there = poses[own.submap].step_to(poses[submap]);
-            let seen = self.views[first.other].submap;
-            let back = poses[seen].step_to(poses[other.submap]);
-            let by_there = by_own[submap].as_ref()?;
-            let by_back = inverted(back.inverse(), by_other[seen].as_ref()?);
-            let Said { from_other, covariance, log_odds, .. } = first.said;
-            let by_said = composed((there, by_there), (from_other, &covariance));
-            let there = there * from_other;
-            let covariance = composed((there, &by_said), (back, &by_back));
-            let given = said(own, other, there * back, &covariance)?;
-            (LOG_ODDS_MIN <= given.log_odds + log_odds).then_some((waiting, *first))
+        let waits = |&&(waiting, _): &&(usize, Match)| {
+            !self.is_joined(waiting) && self.views[waiting].name != own.name
         };
-        waiting.rev().find_map(supports)
+        let supports = |&&(waiting, Match { other: seen, said: first }): &&(usize, Match)| {
+            // From the own submap to that which waits, by what that says, and back to the other.
+            let (from, to) = (self.views[waiting].submap, self.views[seen].submap);
+            let there = poses[own.submap].step_to(poses[from]);
+            let back = poses[to].step_to(poses[other.submap]);
+            let by_there = by_own[from].as_ref();
+            let by_back = by_other[to].as_ref().map(|by| inverted(back.inverse(), by));
+            by_there.zip(by_back).is_some_and(|(by_there, by_back)| {
+                let by_said = composed((there, by_there), (first.from_other, &first.covariance));
+                let there = there * first.from_other;
+                let covariance = composed((there, &by_said), (back, &by_back));
+                said(own, other, there * back, &covariance)
+                    .is_some_and(|given| LOG_ODDS_MIN <= given.log_odds + first.log_odds)
+            })
+        };
+        self.waiting.iter().rev().filter(waits).find(supports).copied()
     }
 
     /// Whether a view was taken for what another one saw.
@@ -220,7 +216,7 @@ impl LandmarkSearch {
                 let theirs = &self.views[other];
                 let from_other = poses[own.submap].step_to(poses[theirs.submap]);
                 let said = said(own, theirs, from_other, covariances[theirs.submap].as_ref()?)?;
-                Some(Match { landmark, other, said })
+                Some(Match { other, said })
             };
             let all = self.landmarks[landmark].views.iter().filter_map(of_view);
             all.min_by(|a, b| a.said.variance_m2.total_cmp(&b.said.variance_m2))
@@ -240,14 +236,16 @@ impl LandmarkSearch {
         }
     }
 
-    /// Takes a view for one of a landmark, and tells the graph; the square of its residual there.
+    /// Takes a view for one of the landmark that another is of, and tells the graph; the square of its
+    /// residual there.
     fn join(&mut self, view: usize, found: &Match, graph: &mut SubmapGraph) -> f64 {
-        if let Some(own) = self.landmark_of[view].replace(found.landmark) {
+        let of = self.landmark_of[found.other];
+        if let Some(own) = std::mem::replace(&mut self.landmark_of[view], of) {
             // Nobody else is of it.
             self.landmarks[own].views.clear();
         }
+        let Some(landmark) = of.map(|of| &mut self.landmarks[of]) else { return 0.0 };
         let (own, theirs) = (&self.views[view], &self.views[found.other]);
-        let landmark = &mut self.landmarks[found.landmark];
         let node = *landmark.node.get_or_insert_with(|| {
             let node = graph.landmarks.add(graph.poses[theirs.submap] * theirs.seen);
             graph.landmarks.see(node, (found.other, theirs), graph.poses[theirs.submap]);
