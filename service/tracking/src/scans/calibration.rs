@@ -1,16 +1,21 @@
-//! Scale of the odometry, from the steps that scans are sure of.
+//! What the odometry is to be corrected by, from the steps that scans are sure of.
 //!
 //! ```text
-//! length by scans = length_scale * length by odometry
-//! turn by scans   = turn_scale * turn by odometry + turn_per_m * length by odometry
+//! step by scans = E S E^-1
+//! position of S = length_scale * position by odometry
+//! turn of S     = turn_scale * turn by odometry + turn_per_m * length by odometry
 //! ```
 //!
-//! by weighted least squares with a prior about 1, 1 and 0; steps that disagree by many deviations,
-//! where wheels slip or scans were matched wrongly, lose their weight (Geman and `McClure`, iterated).
-//! Time O(steps).
+//! with E the frame whose motion odometry tells, seen from the robot's, in which lasers are declared: not the
+//! same where a laser sits or looks elsewhere than declared. Positions are linear in the scale, turned by the
+//! heading of E, and in the position of E: weighted least squares with a prior about 1 and nothing; steps
+//! that disagree by many deviations, where wheels slip or scans were matched wrongly, lose their weight
+//! (Geman and `McClure`, iterated). After A. Censi, A. Franchi, L. Marchionni, G. Oriolo, "Simultaneous
+//! calibration of odometry and sensor parameters for mobile robots", IEEE Transactions on Robotics 29
+//! (2013), with steps in place of wheels. Time O(steps).
 
 use meetpoint_geometry::{Pose, angle_between};
-use nalgebra::{Matrix2, Matrix3, Vector2};
+use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Vector2, Vector4};
 
 use crate::scans::chain::ScannedStep;
 
@@ -23,14 +28,27 @@ pub struct Calibration {
     pub turn_scale: f64,
     /// Radians turned in truth for each metre of the odometry, beyond what it says.
     pub turn_per_m: f64,
+    /// The frame whose motion odometry tells, seen from the robot's frame, in which lasers are declared. A
+    /// laser declared at D sits at the inverse of this times D.
+    pub robot_from_wheels: Pose,
 }
 
 impl Calibration {
     /// Odometry is right.
-    pub const NONE: Self = Self { length_scale: 1.0, turn_scale: 1.0, turn_per_m: 0.0 };
+    pub const NONE: Self = Self {
+        length_scale: 1.0,
+        turn_scale: 1.0,
+        turn_per_m: 0.0,
+        robot_from_wheels: Pose::IDENTITY,
+    };
 
-    /// A step of the odometry as it was in truth.
+    /// A step of the odometry as the robot made it in truth.
     pub(crate) fn applied(&self, step: Pose) -> Pose {
+        self.robot_from_wheels * self.scaled(step) * self.robot_from_wheels.inverse()
+    }
+
+    /// A step of the odometry as the frame that it tells of made it in truth.
+    fn scaled(&self, step: Pose) -> Pose {
         let length_m = step.distance_m();
         Pose::new(
             self.length_scale * step.x_m,
@@ -47,6 +65,9 @@ const STEP_STD_RAD: f64 = 0.02;
 const LENGTH_SCALE_STD: f64 = 0.05;
 const TURN_SCALE_STD: f64 = 0.1;
 const TURN_PER_M_STD: f64 = 0.01;
+/// The same of where lasers look and sit: 6 degrees, and 0.2 m.
+const HEADING_STD_RAD: f64 = 0.1;
+const PLACE_STD_M: f64 = 0.2;
 /// Square of a residual in deviations at which a step is half doubted.
 const CHI2_TURN: f64 = 9.0;
 /// Rounds of weighing.
@@ -64,43 +85,58 @@ pub(crate) fn calibration(steps: &[(Pose, ScannedStep)]) -> Calibration {
 }
 
 fn weighed(steps: &[(Pose, ScannedStep)], now: &Calibration) -> Calibration {
-    let prior = LENGTH_SCALE_STD.powi(-2);
-    let (mut squares, mut products) = (prior, prior);
+    // Scale times cosine and sine of the heading; x and y.
+    let place_prior = Vector4::new(LENGTH_SCALE_STD, HEADING_STD_RAD, PLACE_STD_M, PLACE_STD_M)
+        .map(|std| std.powi(-2));
+    let right = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let (mut place_hessian, mut place_target) =
+        (Matrix4::from_diagonal(&place_prior), Vector4::zeros());
     let turn_prior = Vector2::new(TURN_SCALE_STD.powi(-2), TURN_PER_M_STD.powi(-2));
-    let mut hessian = Matrix2::from_diagonal(&turn_prior);
-    let mut target = Vector2::new(turn_prior.x, 0.0);
+    let (mut hessian, mut target) =
+        (Matrix2::from_diagonal(&turn_prior), Vector2::new(turn_prior.x, 0.0));
     for (odometry, step) in steps {
         let information = step.information + Matrix3::identity() * INFORMATION_MIN;
         let Some(covariance) = information.try_inverse() else { continue };
         let corrected = now.applied(*odometry);
-        let length_m = odometry.distance_m();
-        if length_m > 0.0 {
-            let (x, y) = (odometry.x_m / length_m, odometry.y_m / length_m);
-            let variance = x * x * covariance[(0, 0)]
-                + 2.0 * x * y * covariance[(0, 1)]
-                + y * y * covariance[(1, 1)]
-                + STEP_STD_M * STEP_STD_M;
-            let seen_m = x * step.by_scans.x_m + y * step.by_scans.y_m;
-            let weight = weight(seen_m - corrected.distance_m(), variance);
-            squares += weight * length_m * length_m;
-            products += weight * length_m * seen_m;
+        let of_place =
+            covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * STEP_STD_M * STEP_STD_M;
+        if let Some(information) = of_place.try_inverse() {
+            let seen = step.by_scans.position().coords;
+            let away = seen - corrected.position().coords;
+            let believed = information * weight(away.dot(&(information * away)));
+            let row = place_row(*odometry, step.by_scans.theta_rad);
+            place_hessian += row.transpose() * believed * row;
+            place_target += row.transpose() * believed * (seen - row * right);
         }
         let variance = covariance[(2, 2)] + STEP_STD_RAD * STEP_STD_RAD;
         let error_rad = angle_between(corrected.theta_rad, step.by_scans.theta_rad);
-        let weight = weight(error_rad, variance);
-        let row = Vector2::new(odometry.theta_rad, length_m);
+        let weight = weight(error_rad * error_rad / variance) / variance;
+        let row = Vector2::new(odometry.theta_rad, odometry.distance_m());
         let seen_rad = now.turn_scale * row.x + now.turn_per_m * row.y + error_rad;
         hessian += row * row.transpose() * weight;
         target += row * (seen_rad * weight);
     }
     let turn = hessian.try_inverse().map_or(Vector2::new(1.0, 0.0), |inverse| inverse * target);
-    Calibration { length_scale: products / squares, turn_scale: turn.x, turn_per_m: turn.y }
+    let off = place_hessian.try_inverse().map(|inverse| inverse * place_target);
+    let place = right + off.unwrap_or_default();
+    Calibration {
+        length_scale: place.x.hypot(place.y),
+        turn_scale: turn.x,
+        turn_per_m: turn.y,
+        robot_from_wheels: Pose::new(place.z, place.w, place.y.atan2(place.x)),
+    }
 }
 
-/// Weight of a residual of that variance.
-fn weight(error: f64, variance: f64) -> f64 {
-    let chi2 = error * error / variance;
-    (CHI2_TURN / (CHI2_TURN + chi2)).powi(2) / variance
+/// Derivative of a step's position by scale times cosine and sine of the heading, and by x and y.
+fn place_row(odometry: Pose, turn_rad: f64) -> Matrix2x4<f64> {
+    let (x, y) = (odometry.x_m, odometry.y_m);
+    let (sin, cos) = turn_rad.sin_cos();
+    Matrix2x4::new(x, -y, 1.0 - cos, sin, y, x, -sin, 1.0 - cos)
+}
+
+/// Weight of a residual by its square in deviations.
+fn weight(chi2: f64) -> f64 {
+    (CHI2_TURN / (CHI2_TURN + chi2)).powi(2)
 }
 
 #[cfg(test)]
@@ -124,11 +160,18 @@ mod tests {
 
     #[test]
     fn finds_the_scale_although_wheels_slip() {
-        let truth = Calibration { length_scale: 0.97, turn_scale: 1.04, turn_per_m: -0.01 };
+        let truth = Calibration {
+            length_scale: 0.97,
+            turn_scale: 1.04,
+            turn_per_m: -0.01,
+            robot_from_wheels: Pose::new(-0.15, 0.1, 0.06),
+        };
         let found = calibration(&steps(&truth));
         assert!((found.length_scale - truth.length_scale).abs() < 0.002, "{found:?}");
         assert!((found.turn_scale - truth.turn_scale).abs() < 0.004, "{found:?}");
         assert!((found.turn_per_m - truth.turn_per_m).abs() < 0.004, "{found:?}");
+        let off = truth.robot_from_wheels.step_to(found.robot_from_wheels);
+        assert!(off.distance_m() < 0.01 && off.theta_rad.abs() < 0.004, "{found:?}");
     }
 
     #[test]
@@ -136,7 +179,7 @@ mod tests {
         let silent = |(odometry, step): (Pose, ScannedStep)| {
             (odometry, ScannedStep { information: Matrix3::zeros(), ..step })
         };
-        let truth = Calibration { length_scale: 0.5, turn_scale: 1.0, turn_per_m: 0.0 };
+        let truth = Calibration { length_scale: 0.5, ..Calibration::NONE };
         let found =
             calibration(&steps(&truth).into_iter().take(20).map(silent).collect::<Vec<_>>());
         assert!((found.length_scale - 1.0).abs() < 0.02, "{found:?}");
