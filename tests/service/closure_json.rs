@@ -22,6 +22,7 @@ pub(crate) fn scan_relaxation(body: &Value) -> v1::ScanRelaxation {
         sightings_in_graph: small(&body["sightings_in_graph"]),
         sightings_fitted_only: small(&body["sightings_fitted_only"]),
         sightings_doubted: small(&body["sightings_doubted"]),
+        lasers_moved: present(body, "lasers_moved").map(pose),
     }
 }
 

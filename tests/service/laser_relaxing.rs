@@ -63,6 +63,8 @@ fn figures_are_told(job: &v1::Job, drive: &SimulatedDrive) -> v1::ScanRelaxation
     let scans = found.scans.expect("they are told");
     assert_eq!(scans.scans as usize, drive.n_scans(), "all of them");
     let (before, after) = (scans.before.expect("told"), scans.after.expect("told"));
+    let v1::Pose { x_m, y_m, theta_rad } = scans.lasers_moved.expect("there is odometry");
+    assert!(x_m.hypot(y_m) < 0.03 && theta_rad.abs() < 0.01, "it sits where declared: {scans:?}");
     assert!(0 < after.cells && after.entropy_bits <= before.entropy_bits * 1.05, "{scans:?}");
     assert!(1 < job.log.iter().filter(|line| line.figures.is_some()).count(), "stages: {job:?}");
     scans

@@ -145,6 +145,13 @@ fn print_scans(session: &str, scans: &v1::ScanRelaxation, moved_m: f64) {
         scans.chi2_after,
         scans.chi2_before
     );
+    if let Some(v1::Pose { x_m, y_m, theta_rad }) = scans.lasers_moved {
+        println!(
+            "  lasers, against where they are declared: {x_m:+.3} m ahead, {y_m:+.3} m to the left, \
+             {:+.2} degrees",
+            theta_rad.to_degrees()
+        );
+    }
     let n_sightings = scans.sightings_in_graph + scans.sightings_fitted_only;
     if 0 < n_sightings {
         println!(
@@ -181,6 +188,10 @@ fn scans_json(scans: &v1::ScanRelaxation) -> serde_json::Value {
         "sightings_in_graph": scans.sightings_in_graph,
         "sightings_fitted_only": scans.sightings_fitted_only,
         "sightings_doubted": scans.sightings_doubted,
+        "lasers_moved": scans.lasers_moved.map(|moved| {
+            let v1::Pose { x_m, y_m, theta_rad } = moved;
+            serde_json::json!({ "x_m": x_m, "y_m": y_m, "theta_rad": theta_rad })
+        }),
     })
 }
 

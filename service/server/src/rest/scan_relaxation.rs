@@ -4,6 +4,7 @@ use meetpoint_proto::v1;
 use serde::Serialize;
 use utoipa::ToSchema;
 
+use super::geometry::Pose;
 use super::integer::Unsigned64;
 
 /// By what a session was relaxed.
@@ -57,6 +58,13 @@ pub(crate) struct ScanRelaxation {
     /// Those among the latter whose landmark was seen from several places, but not where it was: an
     /// identity that was misread, or that several landmarks have.
     sightings_doubted: u32,
+    /// Where the robot's lasers sit and look, by what odometry and scans say of the same steps: a laser
+    /// that is declared at a pose sits at this times that pose. Next to nothing where all are as declared.
+    /// It is told and not applied: poses are those of the robot whose lasers are as declared. Absent of a
+    /// session without odometry.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    lasers_moved: Option<Pose>,
 }
 
 /// How sharp a grid is: the less entropy, the sharper.
@@ -83,6 +91,7 @@ impl From<v1::ScanRelaxation> for ScanRelaxation {
             sightings_in_graph,
             sightings_fitted_only,
             sightings_doubted,
+            lasers_moved,
         } = wire;
         Self {
             scans,
@@ -95,6 +104,7 @@ impl From<v1::ScanRelaxation> for ScanRelaxation {
             sightings_in_graph,
             sightings_fitted_only,
             sightings_doubted,
+            lasers_moved: lasers_moved.map(Pose::from),
         }
     }
 }

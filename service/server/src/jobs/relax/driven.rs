@@ -3,7 +3,9 @@
 use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 use meetpoint_storage::{JobId, SessionRecord};
-use meetpoint_tracking::{DrivenScan, LandmarkSighting, LaserTravel, PlacedTravel, TravelOutcome};
+use meetpoint_tracking::{
+    Calibration, DrivenScan, LandmarkSighting, LaserTravel, PlacedTravel, TravelOutcome,
+};
 
 use super::course::Course;
 use super::finding::count;
@@ -180,11 +182,10 @@ pub(super) fn found(
     let moved = poses.iter().zip(&live);
     let moved_m = moved.map(|(pose, live)| (pose.position() - live.position()).norm());
     let relaxed_landmarks = landmarks.relaxed(job, record.id);
-    let calibration = v1::OdometryCalibration {
-        scale: calibration.length_scale,
-        turn_per_m: calibration.turn_per_m,
-        turn_per_rad: calibration.turn_scale - 1.0,
-    };
+    let Calibration { length_scale, turn_scale, turn_per_m, robot_from_wheels } = *calibration;
+    let turn_per_rad = turn_scale - 1.0;
+    let odometry = v1::OdometryCalibration { scale: length_scale, turn_per_m, turn_per_rad };
+    let has_odometry = driven.course.has_odometry();
     let told = v1::RelaxedSession {
         session: record.id.0.to_string(),
         steps: count(driven.travel.scans.len()),
@@ -195,7 +196,7 @@ pub(super) fn found(
         spread_before_m: landmarks.spread_m(moments, &live),
         spread_after_m: landmarks.spread_m(moments, &poses),
         correction_max_m: moved_m.fold(0.0, f64::max),
-        calibration: driven.course.has_odometry().then_some(calibration),
+        calibration: has_odometry.then_some(odometry),
         method: v1::RelaxMethod::Scans.into(),
         scans: Some(v1::ScanRelaxation {
             scans: count(driven.travel.scans.len()),
@@ -204,6 +205,7 @@ pub(super) fn found(
                 landmarks.n_sightings.saturating_sub(*n_sightings_in_graph),
             ),
             sightings_doubted: count(*n_sightings_doubted),
+            lasers_moved: has_odometry.then(|| pose::to_wire(robot_from_wheels.inverse())),
             ..v1::ScanRelaxation::default()
         }),
         ..v1::RelaxedSession::default()
