@@ -29,7 +29,7 @@ pub(crate) fn offices(rng: &mut impl Rng) -> Plan {
         let from_corridor = if row < DEPTH + 2 {
             DEPTH + 1 - row.min(DEPTH + 1)
         } else {
-            row - DEPTH - CORRIDOR.min(row - DEPTH) - 2
+            row.saturating_sub(DEPTH + CORRIDOR + 2)
         };
         let in_corridor = (DEPTH + 2..DEPTH + 2 + CORRIDOR).contains(&row);
         let is_front = row == DEPTH + 1 || row == DEPTH + 2 + CORRIDOR;

@@ -1,10 +1,12 @@
 //! Relaxes CARMEN logs offline: `relax LOG RELATIONS [VARIANT...]` maps the FLASER lines of a log live,
 //! relaxes them, and prints errors before and after, time and sharpness; a variant is one of those that
 //! [`variant`] names, or `cut0.5`: the log as two robots' that are relaxed together,
-//! or `grown`: the log relaxed again and again while it grows by tenths. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
+//! or `grown`: the log relaxed again and again while it grows by tenths, or `tags`: with tags that a camera
+//! sees along it. With `IMAGE=PATH` it draws the relaxed map; `THREADS=N` shares the work.
 
 mod log;
 mod relations;
+mod tags;
 mod variant;
 
 use std::collections::BTreeMap;
@@ -41,7 +43,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         }
         let cut = variant::cut(&log, &name);
         let began = Instant::now();
-        let travels = match cut {
+        let mut travels = match cut {
             Some(cut) => tracked_apart(&log, cut)?,
             None => {
                 let (scans, start) = variant::of(&log, &name)?;
@@ -49,6 +51,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             }
         };
         let mapped_s = began.elapsed().as_secs_f64();
+        if name == "tags" {
+            let (outcome, _) = relaxed(travels.clone())?;
+            travels[0].sightings = tags::sightings(&outcome.travels[0].poses);
+            println!("tags: {} sightings", travels[0].sightings.len());
+        }
         let began = Instant::now();
         let (outcome, slowest_s) = relaxed(travels.clone())?;
         let relaxed_s = began.elapsed().as_secs_f64();
@@ -151,6 +158,12 @@ fn print_outcome(outcome: &LaserOutcome) {
     for closure in &outcome.closures {
         let between = if closure.key.from.travel == closure.key.to.travel { "" } else { " across" };
         *verdicts.entry(format!("{:?}{between}", closure.verdict)).or_default() += 1;
+    }
+    for travel in &outcome.travels {
+        let (n_in_graph, n_doubted) = (travel.n_sightings_in_graph, travel.n_sightings_doubted);
+        if 0 < n_in_graph + n_doubted {
+            println!("  {n_in_graph} sightings in the graph, {n_doubted} doubted");
+        }
     }
     let calibrations: Vec<_> = outcome.travels.iter().map(|travel| travel.calibration).collect();
     println!("  {verdicts:?} {calibrations:?}");
