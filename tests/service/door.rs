@@ -107,6 +107,10 @@ pub(crate) trait Door {
         version: u64,
         page: Page<'_>,
     ) -> Answer<Rows<v1::Landmark>>;
+    /// Where a session's robot is among landmarks at a step, the last if none is given.
+    async fn whereabouts(&self, session: &str, step: Option<u32>) -> Answer<v1::Whereabouts>;
+    /// The same as a picture.
+    async fn whereabouts_picture(&self, session: &str, step: Option<u32>) -> Answer<Vec<u8>>;
     /// A page of the ledger of closures.
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>>;
     /// The closure as it is then.

@@ -311,6 +311,20 @@ impl Door for GrpcDoor {
         Ok((reply.landmarks, reply.next_page_token))
     }
 
+    async fn whereabouts(&self, session: &str, step: Option<u32>) -> Answer<v1::Whereabouts> {
+        let session = session.to_owned();
+        let request = v1::GetWhereaboutsRequest { session, step, picture: false };
+        let reply = self.landmarks.clone().get_whereabouts(request).await?.into_inner();
+        assert!(reply.png.is_empty(), "nobody asked for it");
+        Ok(filled(reply.whereabouts))
+    }
+
+    async fn whereabouts_picture(&self, session: &str, step: Option<u32>) -> Answer<Vec<u8>> {
+        let session = session.to_owned();
+        let request = v1::GetWhereaboutsRequest { session, step, picture: true };
+        Ok(self.landmarks.clone().get_whereabouts(request).await?.into_inner().png)
+    }
+
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {
         let reply = self.closures.clone().list_closures(request).await?.into_inner();
         Ok((reply.closures, reply.next_page_token))

@@ -102,3 +102,23 @@ fn alignment(body: &Value) -> v1::MergeAlignment {
 pub(crate) fn decided(body: &Value) -> (v1::Merge, String) {
     (merge(&body["merge"]), present(body, "job").map(text).unwrap_or_default())
 }
+
+pub(crate) fn whereabouts(body: &Value) -> v1::Whereabouts {
+    let peak = |peak: &Value| v1::Peak {
+        map_from_robot: Some(pose(&peak["map_from_robot"])),
+        probability: real(&peak["probability"]),
+        around: real(&peak["around"]),
+    };
+    v1::Whereabouts {
+        session: text(&body["session"]),
+        map: text(&body["map"]),
+        map_version: unsigned(&body["map_version"]),
+        landmarks: small(&body["landmarks"]),
+        step: small(&body["step"]),
+        steps: small(&body["steps"]),
+        sightings: small(&body["sightings"]),
+        peaks: rows(&body["peaks"], peak),
+        elsewhere: real(&body["elsewhere"]),
+        entropy_nats: real(&body["entropy_nats"]),
+    }
+}

@@ -6,7 +6,7 @@ use std::f64::consts::FRAC_PI_2;
 use meetpoint_client::v1;
 use meetpoint_geometry::Pose;
 
-use crate::door::{Door, FIRST_PAGE, finished, job_done};
+use crate::door::{Door, FIRST_PAGE, finished, job_done, refused};
 use crate::drive::{opened, opening, send};
 use crate::landmark_loop::{LandmarkLoop, N_DOORS};
 use crate::merging::{MAP, merge_job, merge_of, merged, off};
@@ -46,6 +46,10 @@ fn truth() -> Pose {
 
 async fn found_by_names<D: Door>(door: &D) {
     let session = two_robots(door, [0, 1].map(LandmarkLoop::from_corner)).await;
+    refused(door.whereabouts(&session.id, None).await, "LANDMARKS_UNKNOWN");
+    let job = door.start_job(relax(MAP)).await.expect("a job").id;
+    job_done(door, &job).await;
+    it_finds_itself(door, &session).await;
     let (_, told) = merged(door, merge_job(MAP)).await;
     let merge = merge_of(door, &session.id).await.expect("it was looked at");
     assert!(told[0].accepted, "{merge:?}");
@@ -58,6 +62,27 @@ async fn found_by_names<D: Door>(door: &D) {
     job_done(door, &job).await;
     let poses = trajectory(door, &session.id, 0).await;
     assert_eq!(poses.reference_frame, "session", "in its own frame again");
+}
+
+/// By the doors that the first robot saw, after one, two and all of those that the second saw.
+async fn it_finds_itself<D: Door>(door: &D, session: &v1::Session) {
+    let [first, second, last] =
+        [Some(0), Some(1), None].map(async |step| door.whereabouts(&session.id, step).await);
+    let first = first.await.expect("it saw a door");
+    assert_eq!((first.step, first.sightings), (0, 1), "one door");
+    assert_eq!(first.landmarks as usize, N_DOORS, "of the first robot's");
+    let second = second.await.expect("it drove on");
+    assert!(second.entropy_nats < first.entropy_nats, "it knows more: {first:?} {second:?}");
+    let last = last.await.expect("it drove around twice");
+    assert_eq!(last.step + 1, last.steps, "the last");
+    let place = last.peaks[0].map_from_robot.expect("it lies there");
+    // It comes to the corner where it began, along another side.
+    let (off_m, off_rad) = off(place, truth() * Pose::new(0.0, 0.0, -FRAC_PI_2));
+    assert!(off_m < 1.5 && off_rad < 0.3, "on the paper's grid of a metre: {last:?}");
+    assert!(0.5 < last.peaks[0].around, "and surely: {last:?}");
+    refused(door.whereabouts(&session.id, Some(last.steps)).await, "INVALID_FIELD");
+    let png = door.whereabouts_picture(&session.id, Some(1)).await.expect("a picture");
+    assert!(png.starts_with(b"\x89PNG"), "as it is called");
 }
 
 /// Relaxed once they lie in one map, each door is one landmark.

@@ -326,6 +326,18 @@ impl Door for RestDoor {
         Ok(rows(&body, "landmarks", job_json::landmark))
     }
 
+    async fn whereabouts(&self, session: &str, step: Option<u32>) -> Answer<v1::Whereabouts> {
+        let query = step.map_or_else(String::new, |step| format!("?step={step}"));
+        let body = self.get(&format!("/v1/sessions/{session}/whereabouts{query}"))?;
+        Ok(merge_json::whereabouts(&body))
+    }
+
+    async fn whereabouts_picture(&self, session: &str, step: Option<u32>) -> Answer<Vec<u8>> {
+        let step = step.map_or_else(String::new, |step| format!("&step={step}"));
+        let path = format!("/v1/sessions/{session}/whereabouts?format=png{step}");
+        answered_bytes(self.0.get(&path))
+    }
+
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {
         let v1::ListClosuresRequest { map, session, verdict, page_size, page_token } = request;
         let verdict = match v1::ClosureVerdict::try_from(verdict).expect("one of its values") {

@@ -73,16 +73,12 @@ impl AlignmentParams {
     pub const BUTTON: Self =
         Self { place_std_m: 0.4, apart_m: 2.0, apart_rad: 0.3, ..Self::CAMERA };
 
-    /// Those for travels with these detectors: of a camera, unless all of them see less far than a metre,
-    /// as a button does that a person presses.
+    /// Those for travels with these detectors: of a camera, unless all of them are buttons.
     pub fn of_travels<'a>(travels: impl IntoIterator<Item = &'a Travel>) -> Self {
-        let ranges_m = travels.into_iter().map(|travel| travel.detector.range_max_m);
-        if ranges_m.fold(0.0, f64::max) <= BUTTON_RANGE_MAX_M { Self::BUTTON } else { Self::CAMERA }
+        let is_button = travels.into_iter().all(|travel| travel.detector.is_button());
+        if is_button { Self::BUTTON } else { Self::CAMERA }
     }
 }
-
-/// A detector that sees no farther is a button, in metres.
-const BUTTON_RANGE_MAX_M: f64 = 1.0;
 
 /// One placement of a newcomer's landmarks in a site's.
 #[derive(Clone, Debug, PartialEq)]

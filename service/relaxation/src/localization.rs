@@ -92,6 +92,11 @@ impl LocalizationParams {
         },
         ..Self::BUTTON
     };
+
+    /// Those for a detector.
+    pub fn of_detector(detector: &Detector) -> Self {
+        if detector.is_button() { Self::BUTTON } else { Self::CAMERA }
+    }
 }
 
 /// Localisation under way.

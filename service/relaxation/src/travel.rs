@@ -15,6 +15,16 @@ pub struct Detector {
     pub half_field_of_view_rad: f64,
 }
 
+/// A detector that sees no farther is a button, in metres.
+const BUTTON_RANGE_MAX_M: f64 = 1.0;
+
+impl Detector {
+    /// Whether it is a button that a person presses, and not a camera.
+    pub fn is_button(&self) -> bool {
+        self.range_max_m <= BUTTON_RANGE_MAX_M
+    }
+}
+
 /// A landmark seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sighting {

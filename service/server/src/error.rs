@@ -27,6 +27,17 @@ pub enum Error {
         /// The limit.
         limit_bytes: usize,
     },
+    /// The version has no landmarks to find a robot by.
+    #[error("version {number} of map `{map}` has no landmarks that others saw")]
+    LandmarksUnknown {
+        /// The map.
+        map: String,
+        /// The version.
+        number: u64,
+    },
+    /// The session saw nothing that a robot could be found by.
+    #[error("session `{0}` has seen no landmark, or has no odometry between them")]
+    NothingSeen(String),
     /// No map has that id.
     #[error("no map `{0}`")]
     NoSuchMap(String),
@@ -343,6 +354,8 @@ impl Error {
             Self::NothingToRelax(_) => (Code::WrongState, "NOTHING_TO_RELAX"),
             Self::CannotRelax { .. } => (Code::WrongState, "CANNOT_RELAX"),
             Self::NoSuchClosure { .. } => (Code::NotFound, "CLOSURE_NOT_FOUND"),
+            Self::LandmarksUnknown { .. } => (Code::WrongState, "LANDMARKS_UNKNOWN"),
+            Self::NothingSeen(_) => (Code::WrongState, "NOTHING_SEEN"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
             Self::NoPicture(_) => (Code::NotFound, "PICTURE_NOT_MADE"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),

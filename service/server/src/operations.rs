@@ -20,3 +20,4 @@ pub(crate) mod tiles;
 pub(crate) mod trajectories;
 pub(crate) mod upload;
 pub(crate) mod versions;
+mod whereabouts;

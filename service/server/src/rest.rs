@@ -46,6 +46,7 @@ mod tiles;
 mod trajectories;
 mod tum;
 mod versions;
+mod whereabouts;
 
 use axum::Router;
 use axum::extract::Request;
@@ -128,6 +129,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(graphs::get_graph).layer(drawing.clone()))
         .routes(routes!(regions::get_region))
         .routes(routes!(landmarks::list_landmarks))
+        .routes(routes!(whereabouts::get_whereabouts).layer(drawing.clone()))
         .routes(routes!(closures::list_closures))
         .routes(routes!(closures::switch_closure_off))
         .routes(routes!(closures::switch_closure_on))

@@ -14,4 +14,11 @@ impl LandmarkService for Service {
     ) -> Result<Response<v1::ListLandmarksResponse>, Status> {
         Ok(self.list_landmarks(request.into_inner()).await?.into())
     }
+
+    async fn get_whereabouts(
+        &self,
+        request: Request<v1::GetWhereaboutsRequest>,
+    ) -> Result<Response<v1::GetWhereaboutsResponse>, Status> {
+        Ok(self.get_whereabouts(request.into_inner()).await?.into())
+    }
 }

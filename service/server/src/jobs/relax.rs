@@ -27,6 +27,7 @@ mod spread;
 mod stations;
 pub(crate) mod tables;
 mod way;
+pub(crate) mod whereabouts;
 
 use std::time::Duration;
 

@@ -75,6 +75,16 @@ pub(super) async fn relaxed_alone(
 }
 
 impl LandmarkNames {
+    /// The number of a type.
+    pub(super) fn landmark_type(&mut self, name: &str) -> u32 {
+        number(&mut self.types, name)
+    }
+
+    /// The number of a name.
+    pub(super) fn identity(&mut self, name: &str) -> u32 {
+        number(&mut self.identities, name)
+    }
+
     /// A travel whose types and identities have the numbers that all sessions share.
     pub(super) fn renamed(&mut self, stations: &Stations) -> Travel {
         let Stations { travel, places: _, types, identities } = stations;
@@ -95,13 +105,14 @@ impl LandmarkNames {
 
 /// The numbers of these names among all, to which new ones are added.
 fn numbers(all: &mut Vec<String>, names: &[String]) -> Vec<u32> {
-    let mut number = |name: &String| {
-        let known = all.iter().position(|known| known == name);
-        let index = known.unwrap_or_else(|| {
-            all.push(name.clone());
-            all.len() - 1
-        });
-        u32::try_from(index).unwrap_or(u32::MAX)
-    };
-    names.iter().map(&mut number).collect()
+    names.iter().map(|name| number(all, name)).collect()
+}
+
+fn number(all: &mut Vec<String>, name: &str) -> u32 {
+    let known = all.iter().position(|known| known == name);
+    let index = known.unwrap_or_else(|| {
+        all.push(name.to_owned());
+        all.len() - 1
+    });
+    u32::try_from(index).unwrap_or(u32::MAX)
 }

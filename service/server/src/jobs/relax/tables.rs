@@ -5,14 +5,14 @@ use std::ops::ControlFlow;
 
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{Belief, PoseGrid};
-use meetpoint_storage::{JobRecord, SessionId};
+use meetpoint_storage::{JobRecord, SessionId, SessionRecord};
 
 use super::N_BATCHES_READ;
 use super::grid_landmarks::with_grid_landmarks;
 use super::saved::{Method, Saved};
 use super::solver;
 use super::stations::stations;
-use super::way::WayReader;
+use super::way::{Way, WayReader};
 use crate::convert::job;
 use crate::convert::table_picture::Table;
 use crate::{error::Error, service::Service};
@@ -45,20 +45,9 @@ pub(crate) async fn table(
     let method = planned.method;
     let is_of_grid = method == Method::GridLandmarks;
     let limit = is_of_grid.then_some(service.settings.jobs.scans_bytes_max);
-    let mut reader = WayReader::new(&session, limit)?;
-    let mut from_number = 1;
-    loop {
-        let mut batches = service.store.session_batches(id, from_number, N_BATCHES_READ).await?;
-        batches.retain(|batch| batch.number <= planned.through);
-        let Some(last) = batches.last() else { break };
-        from_number = last.number + 1;
-        let read = tokio::task::spawn_blocking(move || {
-            reader.read(batches)?;
-            Ok::<_, Error>(reader)
-        });
-        reader = read.await.map_err(Error::internal)??;
-    }
-    let Ok(way) = reader.finish() else { return Ok(None) };
+    let Ok(way) = way_now(service, &session, planned.through, limit).await? else {
+        return Ok(None);
+    };
     let v1::RelaxParams { forget_identities, estimate_odometry, .. } =
         job::relax_params(&record.params)?;
     let drawn = tokio::task::spawn_blocking(move || {
@@ -85,9 +74,36 @@ pub(crate) async fn table(
     drawn.await.map_err(Error::internal)
 }
 
-#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "columns of a grid")]
+/// The way of a session out of the journal, for who waits for an answer: as a job would read it.
+pub(super) async fn way_now(
+    service: &Service,
+    session: &SessionRecord,
+    through: u64,
+    limit: Option<usize>,
+) -> Result<Result<Way, String>, Error> {
+    let mut reader = WayReader::new(session, limit)?;
+    let mut from_number = 1;
+    loop {
+        let read = service.store.session_batches(session.id, from_number, N_BATCHES_READ);
+        let mut batches = read.await?;
+        batches.retain(|batch| batch.number <= through);
+        let Some(last) = batches.last() else { break };
+        from_number = last.number + 1;
+        let read = tokio::task::spawn_blocking(move || {
+            reader.read(batches)?;
+            Ok::<_, Error>(reader)
+        });
+        reader = read.await.map_err(Error::internal)??;
+    }
+    Ok(reader.finish())
+}
+
 fn over_places(belief: &Belief, grid: &PoseGrid) -> Table {
+    Table { width: n_columns(grid), values: belief.over_positions(grid) }
+}
+
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "columns of a grid")]
+pub(super) fn n_columns(grid: &PoseGrid) -> usize {
     let area = grid.area();
-    let width = ((area.max.x - area.min.x) / grid.resolution_m()).round() as usize + 1;
-    Table { width, values: belief.over_positions(grid) }
+    ((area.max.x - area.min.x) / grid.resolution_m()).round() as usize + 1
 }
