@@ -270,6 +270,7 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("jobs.closing_cpu_share", jobs.closing_cpu_share),
         ("merging.agreement_min", merging.agreement_min),
         ("merging.contradiction_max", merging.contradiction_max),
+        ("merging.landmarks_contradiction_max", merging.landmarks_contradiction_max),
     ];
     let is_share = |value: f64| 0.0 < value && value <= 1.0;
     if let Some((key, value)) = shares.into_iter().find(|&(_, value)| !is_share(value)) {

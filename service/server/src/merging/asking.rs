@@ -99,22 +99,29 @@ async fn session_has_grown(
     record: &SessionRecord,
     newest: &VersionRecord,
 ) -> Result<bool, Error> {
-    let MergingSettings { way_first_m, way_again_m, n_scans_again, .. } = service.settings.merging;
+    let MergingSettings { way_first_m, way_again_m, again_share, n_scans_again, .. } =
+        service.settings.merging;
     // Landmarks have to be relaxed before they are laid on others, which takes too long to be done again and
     // again: once, when the session has ended.
     if record.n_scans == 0 && record.state == SessionState::Open {
         return Ok(false);
     }
     let merge = service.store.merge(merge::id_of(record.id)).await?;
-    let (n_poses, way_m) = match &merge {
-        Some(merge) if merge.state != MergeState::Open => return Ok(false),
-        Some(merge) if n_scans_again <= newest.n_scans.saturating_sub(merge.n_scans_drawn) => {
-            return Ok(true);
-        }
-        Some(merge) => (merge.n_poses, way_again_m),
-        None => (0, way_first_m),
-    };
-    Ok(way_m <= driven_m(service, record, newest.number, n_poses).await?)
+    let driven_m = async |n_poses| driven_m(service, record, newest.number, n_poses).await;
+    let Some(merge) = merge else { return Ok(way_first_m <= driven_m(0).await?) };
+    if merge.state != MergeState::Open {
+        return Ok(false);
+    }
+    let n_since = newest.n_scans.saturating_sub(merge.n_scans_drawn);
+    if n_scans_again <= n_since && again_share * merge.n_scans_drawn as f64 <= n_since as f64 {
+        return Ok(true);
+    }
+    let since_m = driven_m(merge.n_poses).await?;
+    if since_m < way_again_m {
+        return Ok(false);
+    }
+    let before_m = driven_m(0).await? - since_m;
+    Ok(again_share * before_m <= since_m)
 }
 
 /// How far a session has driven since it had so many poses, in metres.

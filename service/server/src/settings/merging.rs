@@ -12,6 +12,7 @@ pub struct MergingSettings {
     pub looks_again: bool,
     pub way_first_m: f64,
     pub way_again_m: f64,
+    pub again_share: f64,
     pub n_scans_again: u64,
     pub accepts: bool,
     pub founds_map: bool,
@@ -24,6 +25,7 @@ pub struct MergingSettings {
     pub contradiction_max: f64,
     pub std_max_m: f64,
     pub landmarks_log_odds_min: f64,
+    pub landmarks_contradiction_max: f64,
     pub landmarks_accepts_nameless: bool,
 }
 

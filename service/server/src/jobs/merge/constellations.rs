@@ -95,7 +95,7 @@ impl Merging<'_> {
 fn limits(settings: &MergingSettings) -> Limits {
     Limits {
         log_odds_min: settings.landmarks_log_odds_min,
-        contradiction_max: settings.contradiction_max,
+        contradiction_max: settings.landmarks_contradiction_max,
         accepts_nameless: settings.landmarks_accepts_nameless,
     }
 }

@@ -36,6 +36,7 @@ pub(super) async fn print(n_robots: u32, seed: u64, data: &Path) -> anyhow::Resu
     println!("\n{n_robots} robots, {length_m:.0} m in all, the longest drive {longest_s:.0} s.\n");
     let service = ChildService::start(data, "fleet")?;
     let client = Client::connect(&service.url)?;
+    client.create_map(MAP, 0.0).await?;
     let mut sessions = Vec::new();
     let (allow, allowed) = watch::channel(0);
     let mut sending = JoinSet::new();

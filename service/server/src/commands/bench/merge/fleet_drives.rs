@@ -13,8 +13,8 @@ const SIZE_M: (f64, f64) = (100.0, 60.0);
 const N_PARTS: (u32, u32) = (4, 2);
 /// ...and drive to places no farther from there, in metres along either axis: well into the parts beside.
 const REACH_M: f64 = 18.0;
-/// Places that each drives to.
-const N_PLACES: usize = 12;
+/// Places that each drives to: some fifty metres from one to the next, through many doors.
+const N_PLACES: usize = 6;
 /// What a place keeps off walls, in metres: a robot stands there.
 const CLEARANCE_M: f64 = 0.5;
 /// Places tried before a robot is said to have none.
