@@ -194,7 +194,7 @@ fn named_files(text: &str) -> Vec<String> {
 
 #[test]
 fn documents_name_what_exists() {
-    for document in ["README.md", "ARCHITECTURE.md"] {
+    for document in ["README.md", "ARCHITECTURE.md", "FIGURES.md"] {
         for name in named_files(&read(document)) {
             assert!(root().join(&name).exists(), "{document} names {name}, which is not there");
         }
