@@ -16,6 +16,8 @@ const RING: &str = "ring";
 const N_TICKS_PER_FIRING: usize = 4;
 /// Ticks of a batch.
 const N_TICKS: usize = 40;
+/// How far from the truth a pose may be, in metres: two cells.
+const ERROR_MAX_M: f64 = 0.2;
 /// Cells nearer to a wall's face than this are not judged, in metres: a cone blurs it.
 const BLUR_M: f64 = 0.2;
 /// Cells of walls deeper than this are not judged, in metres: the hall's walls are as thick, and beyond them
@@ -123,11 +125,12 @@ async fn a_room_is_heard<D: Door>(door: &D) {
     let request = v1::GetTrajectoryRequest { session: session.id.clone(), ..Default::default() };
     let (trajectory, _) = door.trajectory(request).await.expect("it is mapped");
     assert_eq!(trajectory.poses.len(), heard.n_firings(), "a pose a firing");
+    assert_eq!(trajectory.origin, i32::from(v1::TrajectoryOrigin::Tracking), "by what was heard");
     for at in &trajectory.poses {
         assert_eq!(at.sensor_id, RING, "nothing else was sent");
         let v1::Pose { x_m, y_m, theta_rad } = at.pose.expect("a pose");
         let error_m = heard.drive.error_at_m(at.stamp_ns, Pose::new(x_m, y_m, theta_rad));
-        assert!(error_m < 0.1, "{error_m} m off at {} ns", at.stamp_ns);
+        assert!(error_m < ERROR_MAX_M, "{error_m} m off at {} ns", at.stamp_ns);
     }
     let grid = door.grid("hall", 0, None).await.expect("a grid");
     for (blur_m, share_min) in [(0.0, 0.88), (BLUR_M, 0.97)] {

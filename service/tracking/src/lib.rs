@@ -1,6 +1,7 @@
-//! Where a robot with a laser was: while it drives, and better once it has driven.
+//! Where a robot with a laser or sonars was: while it drives, and with a laser better once it has driven.
 //!
-//! [`LiveMap`] matches every scan against the grid that the scans before it drew. [`LaserRelaxation`]
+//! [`LiveMap`] matches every scan against the grid that the scans before it drew; without a laser it corrects
+//! odometry by the objective of Thrun 1998, eq. (4). [`LaserRelaxation`]
 //! goes over whole drives again, of one robot or several: closures between submaps, a pose graph, and
 //! every key scan matched with all that were taken near it.
 
@@ -13,6 +14,7 @@ mod laser_relaxation;
 mod live;
 mod matching;
 mod params;
+mod position;
 mod relaxation_params;
 mod scans;
 mod sharpness;
@@ -32,7 +34,10 @@ pub use matching::field::Field;
 pub use matching::peaks::{PeakParams, peaks_in_window};
 pub use matching::pyramid::Pyramid;
 pub use matching::search::{Candidate, Window};
-pub use params::{FieldParams, MappingParams, MatchParams, SonarParams, TrustParams};
+pub use params::{
+    DescentParams, FieldParams, MappingParams, MatchParams, PositionParams, SonarParams,
+    TrustParams, WallParams,
+};
 pub use relaxation_params::{ClosureParams, LaserRelaxationParams};
 pub use scans::calibration::Calibration;
 pub use scans::chain::OdometryParams;

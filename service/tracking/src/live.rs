@@ -1,5 +1,6 @@
 //! Live mapping: from each observation to the robot's pose and the grid.
 
+mod hearing;
 pub(crate) mod live_map;
 pub(crate) mod matcher;
 pub(crate) mod observation;

@@ -17,6 +17,99 @@ pub struct MappingParams {
     pub trust: TrustParams,
     /// How sonar is drawn.
     pub sonar: SonarParams,
+    /// How the pose of a robot without a laser is corrected by what its sonars hear.
+    pub position: PositionParams,
+}
+
+/// Tunables of the position by sonar: Thrun 1998, eq. (4). Every gain can be 0; what counts is how they relate.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionParams {
+    /// Gain `beta_1`: cost of the square metre of distance from the odometry.
+    pub odometry_gain_per_m2: f64,
+    /// Gain `beta_2`: cost of the square radian.
+    pub odometry_gain_per_rad2: f64,
+    /// Gain `beta_3` of the correlation, which lies in -1..=1.
+    pub correlation_gain: f64,
+    /// Gain `beta_4` of a wall's sigma, which lies in 0..=1.
+    pub wall_gain: f64,
+    /// How the least value is found.
+    pub descent: DescentParams,
+    /// How walls are heard.
+    pub walls: WallParams,
+}
+
+/// Tunables of gradient descent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DescentParams {
+    /// Length of the first step if it is a shift, in metres.
+    pub step_m: f64,
+    /// Length of the first step if it is a turn, in radians.
+    pub step_rad: f64,
+    /// Ends when steps are a smaller share of the first than this.
+    pub step_share_min: f64,
+    /// Budget, in steps tried.
+    pub n_iterations_max: u32,
+}
+
+/// Tunables of hearing walls, and of the building's direction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WallParams {
+    /// Adjacent readings that a wall has to explain, at least 3.
+    pub n_readings: usize,
+    /// Readings from farther are not looked at, in metres.
+    pub range_max_m: f64,
+    /// Root of the mean square error that such readings may have, in metres.
+    pub error_max_m: f64,
+    /// Standard deviation of the direction of a wall, in radians.
+    pub direction_std_rad: f64,
+    /// Variance that the heading gains by reckoning with every metre, in square radians...
+    pub heading_rad2_per_m: f64,
+    /// ...and with every radian turned.
+    pub heading_rad2_per_rad: f64,
+    /// Walls that the building's direction is estimated from; one that is heard when the heading is less sure
+    /// counts for less than one.
+    pub n_first: f64,
+    /// Mean resultant length below which a building has no direction, in 0..=1.
+    pub resultant_min: f64,
+    /// How fast the resultant length follows, as a share of the way with each wall.
+    pub resultant_weight: f64,
+}
+
+impl WallParams {
+    /// Five readings, as in the paper, whose error is one and a half times that of good ranging modules. Of
+    /// rings of 24 in floors of rooms, walls heard so stand within 15 degrees of true in 99.9 of a hundred,
+    /// with a deviation of 2.4 degrees. Walls that scatter about the direction by 15 degrees, beyond which they
+    /// have no effect, have a resultant length of exp(-(4 * 15°)² / 2) = 0.58. Headings by reckoning are taken to
+    /// deviate by 0.8 degrees after a metre and by 1.8 after a turn of a radian.
+    pub const INDOOR: Self = Self {
+        n_readings: 5,
+        range_max_m: 3.0,
+        error_max_m: 0.03,
+        direction_std_rad: 0.042,
+        heading_rad2_per_m: 2e-4,
+        heading_rad2_per_rad: 1e-3,
+        n_first: 20.0,
+        resultant_min: 0.58,
+        resultant_weight: 0.02,
+    };
+}
+
+impl PositionParams {
+    /// For rings of 24 on wheels. A firing follows the last by some 0.15 m of way, in which odometry errs by a
+    /// centimetre and a degree or less.
+    pub const SONAR: Self = Self {
+        odometry_gain_per_m2: 10.0,
+        odometry_gain_per_rad2: 40.0,
+        correlation_gain: 1.5,
+        wall_gain: 0.4,
+        descent: DescentParams {
+            step_m: 0.03,
+            step_rad: 0.02,
+            step_share_min: 0.01,
+            n_iterations_max: 30,
+        },
+        walls: WallParams::INDOOR,
+    };
 }
 
 /// Tunables of drawing sonar.
@@ -161,5 +254,6 @@ impl MappingParams {
             draw_distance_m: 0.15,
             draw_turn_rad: 10.0 * PI / 180.0,
         },
+        position: PositionParams::SONAR,
     };
 }

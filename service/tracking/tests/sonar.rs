@@ -98,10 +98,14 @@ fn a_robot_with_sonar_alone_draws_a_map() {
 #[test]
 fn cut_in_the_middle_it_goes_on_bit_for_bit() {
     let building = hall().building;
-    let sent = round(&building, true);
-    let sensors = vec![ring(&Sonars::RING_24), laser()];
-    let mut whole = opened(&sent, sensors.clone());
-    let mut cut = opened(&sent, sensors);
+    let both = vec![ring(&Sonars::RING_24), laser()];
+    goes_on_when_cut(&round(&building, true), &both);
+    goes_on_when_cut(&round(&building, false), &both[..1]);
+}
+
+fn goes_on_when_cut(sent: &[Observation], sensors: &[Sensor]) {
+    let mut whole = opened(sent, sensors.to_vec());
+    let mut cut = opened(sent, sensors.to_vec());
     for (index, one) in sent.iter().enumerate() {
         if index == sent.len() / 2 {
             let tiles: Vec<_> = cut.grid().tiles().map(|(at, tile)| (at, tile.clone())).collect();
@@ -147,4 +151,50 @@ fn what_a_laser_looked_at_is_as_without_sonar() {
         }
     }
     assert!(1000 < n_seen && 20 < n_heard, "{n_seen} cells seen, {n_heard} only heard");
+}
+
+/// The same round, and odometry that turns by so much more with every metre.
+fn drifting(sent: &[Observation], drift_rad_per_m: f64) -> Vec<Observation> {
+    let mut before: Option<(Pose, Pose)> = None;
+    let mut drift = |one: &Observation| {
+        let ObservationKind::OdometryPose(truth) = one.kind else { return one.clone() };
+        let reckoned = before.map_or(truth, |(truth_before, reckoned)| {
+            let step = truth_before.step_to(truth);
+            let turn_rad = drift_rad_per_m * step.distance_m();
+            reckoned * Pose::new(step.x_m, step.y_m, step.theta_rad + turn_rad)
+        });
+        before = Some((truth, reckoned));
+        Observation { stamp_ns: one.stamp_ns, kind: ObservationKind::OdometryPose(reckoned) }
+    };
+    sent.iter().map(&mut drift).collect()
+}
+
+/// Distance of the last pose from the truth, in metres.
+fn final_error_m(sent: &[Observation], truth: &[Observation], params: &MappingParams) -> f64 {
+    let mut map = LiveMap::new(*params, RESOLUTION_M).expect("a length");
+    let ObservationKind::OdometryPose(start) = truth[0].kind else { panic!("odometry first") };
+    let sensors = vec![ring(&Sonars::RING_24)];
+    map.open_session(ROBOT, SessionConfig { map_from_start: start, sensors });
+    let last = sent.iter().filter_map(|one| map.apply(ROBOT, one)).last().expect("firings");
+    let is_odometry = |one: &&Observation| matches!(one.kind, ObservationKind::OdometryPose(_));
+    let at = truth.iter().rfind(is_odometry).expect("odometry");
+    let ObservationKind::OdometryPose(at) = at.kind else { panic!("odometry") };
+    (last.map_from_robot.position() - at.position()).norm()
+}
+
+#[test]
+fn what_is_heard_corrects_odometry_that_drifts() {
+    let building = hall().building;
+    let truth = [round(&building, false), round(&building, false)].concat();
+    let truth: Vec<Observation> = (0_i64..)
+        .zip(truth)
+        .map(|(index, one)| Observation { stamp_ns: index / 2 * 100_000_000, kind: one.kind })
+        .collect();
+    let sent = drifting(&truth, 0.02);
+    let mut reckoned = MappingParams::INDOOR;
+    (reckoned.position.correlation_gain, reckoned.position.wall_gain) = (0.0, 0.0);
+    let by_odometry_m = final_error_m(&sent, &truth, &reckoned);
+    let found_m = final_error_m(&sent, &truth, &MappingParams::INDOOR);
+    assert!(1.0 < by_odometry_m, "odometry alone ends {by_odometry_m} m off");
+    assert!(found_m < 0.3, "{found_m} m off; odometry alone {by_odometry_m} m");
 }

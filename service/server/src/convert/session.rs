@@ -156,14 +156,9 @@ fn warnings(record: &SessionRecord, sensors: &[v1::Sensor], delivery: i32) -> Ve
                 .to_owned(),
         );
     }
-    let has_laser =
-        sensors.iter().any(|sensor| matches!(sensor.kind, Some(v1::sensor::Kind::Laser(_))));
     for sensor in sensors {
         let id = &sensor.id;
         match sensor.kind {
-            Some(v1::sensor::Kind::SonarRing(_)) if !has_laser => warnings.push(format!(
-                "sonar scans of `{id}` are drawn where odometry says that the robot is"
-            )),
             Some(v1::sensor::Kind::LandmarkDetector(_)) => warnings.push(format!(
                 "landmark sightings of `{id}` are kept and get a pose; a relax job corrects it by them"
             )),

@@ -68,7 +68,7 @@ pub(crate) struct Applied {
     pub(crate) correction: Option<v1::PoseCorrection>,
     /// When it came in, by the service's clock, nanoseconds since 1970.
     pub(crate) receive_time_ns: i64,
-    /// Laser scans mapped.
+    /// Scans mapped, of lasers and sonars.
     pub(crate) n_scans: u64,
     /// Time that the robot's clock advanced, nanoseconds.
     pub(crate) advanced_ns: i64,
@@ -292,10 +292,12 @@ fn origin(
     id: SessionId,
     sensors: &[DeclaredSensor],
 ) -> TrajectoryOrigin {
-    let is_laser = |declared: &DeclaredSensor| matches!(declared.sensor.kind, SensorKind::Laser(_));
+    let is_matched = |declared: &DeclaredSensor| {
+        matches!(declared.sensor.kind, SensorKind::Laser(_) | SensorKind::SonarRing(_))
+    };
     if relaxations.has(id) {
         TrajectoryOrigin::Relaxation
-    } else if sensors.iter().any(is_laser) {
+    } else if sensors.iter().any(is_matched) {
         TrajectoryOrigin::Tracking
     } else {
         TrajectoryOrigin::Odometry

@@ -4,10 +4,9 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
-use meetpoint_occupancy::{
-    Grid, Interpretation, LaserGeometry, Network, ScanMarks, Tile, TileIndex,
-};
+use meetpoint_occupancy::{Grid, LaserGeometry, Network, ScanMarks, Tile, TileIndex};
 
+use crate::live::hearing::Heard;
 use crate::live::matcher::Chart;
 use crate::live::observation::{
     Estimate, Observation, ObservationKind, SensorKind, SessionConfig, SessionKey,
@@ -20,7 +19,7 @@ use crate::matching::points::scan_points;
 use crate::params::MappingParams;
 
 /// First byte of a stored state: the format that follows.
-const FORMAT: u8 = 2;
+const FORMAT: u8 = 3;
 
 /// A growing map and the sessions on it.
 ///
@@ -28,15 +27,15 @@ const FORMAT: u8 = 2;
 /// between.
 #[derive(Debug)]
 pub struct LiveMap {
-    params: MappingParams,
-    grid: Grid,
+    pub(super) params: MappingParams,
+    pub(super) grid: Grid,
     /// Invariant: the field of `grid`.
     field: Field,
-    sessions: BTreeMap<SessionKey, Tracker>,
-    n_drawn: u64,
+    pub(super) sessions: BTreeMap<SessionKey, Tracker>,
+    pub(super) n_drawn: u64,
     marks: ScanMarks,
     /// Interprets sonars.
-    network: Arc<Network>,
+    pub(super) network: Arc<Network>,
 }
 
 impl LiveMap {
@@ -104,9 +103,10 @@ impl LiveMap {
             }
             ObservationKind::SonarScan { sensor, ranges_m } => {
                 reckon_if_reckoned(tracker, stamp_ns);
-                let estimate = estimate_by_odometry(tracker, stamp_ns, Some(*sensor));
-                let drawn = self.hear(key, estimate.map_from_robot, (*sensor, ranges_m));
-                Some(Estimate { drawn, ..estimate })
+                let by_odometry = Heard::AtPredicted(tracker.predicted(stamp_ns));
+                let drawn = self.hear(key, by_odometry, (*sensor, ranges_m));
+                let tracker = self.sessions.get(&key)?;
+                Some(Estimate { drawn, ..estimate_by_odometry(tracker, stamp_ns, Some(*sensor)) })
             }
             ObservationKind::LandmarkSighting { sensor } => {
                 reckon_if_reckoned(tracker, stamp_ns);
@@ -154,31 +154,10 @@ impl LiveMap {
             tracker.place(stamp_ns, map_from_robot, &self.params.trust);
         }
         if let ObservationKind::SonarScan { sensor, ranges_m } = &observation.kind {
-            drawn = self.hear(key, map_from_robot, (*sensor, ranges_m));
+            drawn = self.hear(key, Heard::AtKnown(map_from_robot), (*sensor, ranges_m));
         }
         let tracker = self.sessions.get(&key)?;
         Some(Estimate { drawn, ..estimate_by_odometry(tracker, stamp_ns, sensor) })
-    }
-
-    /// Draws a firing of sonars, if the robot moved since the last; whether it did. What is no ring of that
-    /// session is not drawn.
-    fn hear(
-        &mut self,
-        key: SessionKey,
-        map_from_robot: Pose,
-        (sensor, ranges_m): (usize, &[f32]),
-    ) -> bool {
-        let sonar = &self.params.sonar;
-        let Some(tracker) = self.sessions.get_mut(&key) else { return false };
-        let ring = tracker.config.sensors.get(sensor).map(|declared| declared.kind.clone());
-        let Some(SensorKind::SonarRing(ring)) = ring else { return false };
-        if !tracker.hears(map_from_robot, sonar) {
-            return false;
-        }
-        let heard = Interpretation::new(&ring.scan(ranges_m), &self.network, &sonar.model);
-        self.grid.insert_sonar(map_from_robot, &heard, &self.params.beam_model);
-        self.n_drawn += 1;
-        true
     }
 
     fn draw(&mut self, map_from_sensor: Pose, geometry: &LaserGeometry, ranges_m: &[f32]) {
@@ -255,7 +234,7 @@ impl LiveMap {
     }
 }
 
-/// A session without a laser is where its odometry says, from its start on.
+/// A session without a laser is where its odometry says, from its start on, but for what its sonars correct.
 fn chain_if_reckoned(tracker: &mut Tracker, stamp_ns: i64) {
     if tracker.is_reckoned() {
         tracker.chain_odometry(stamp_ns);

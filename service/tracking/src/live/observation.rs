@@ -26,7 +26,8 @@ pub struct Sensor {
 pub enum SensorKind {
     /// A planar laser range finder: matched and drawn.
     Laser(LaserGeometry),
-    /// A ring of sonar transducers, seen from the robot: drawn where the robot is known to be.
+    /// A ring of sonar transducers, seen from the robot: drawn where no laser has looked. On a robot without a
+    /// laser it corrects the pose too.
     SonarRing(Arc<SonarRing>),
     /// A detector of landmarks: its sightings get a pose.
     LandmarkDetector,

@@ -8,6 +8,7 @@ use meetpoint_occupancy::{LaserGeometry, SonarRing};
 use crate::live::observation::{Sensor, SensorKind, SessionConfig, SessionKey};
 use crate::live::odometry::{Odometry, Velocity};
 use crate::live::tracker::{TrackState, Tracker};
+use crate::position::wall_orientation::WallOrientation;
 
 /// Bytes that are no state of a live map.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
@@ -156,6 +157,7 @@ impl StateWriter {
             agreement,
             n_lost,
             adrift,
+            walls,
         } = state;
         self.write_pose(map_from_robot);
         self.write_option(odometry_from_robot, Self::write_pose);
@@ -170,6 +172,14 @@ impl StateWriter {
         self.write_f64(agreement);
         self.write_u32(n_lost);
         self.write_u8(u8::from(adrift));
+        self.write_walls(walls);
+    }
+
+    fn write_walls(&mut self, walls: WallOrientation) {
+        let WallOrientation { heading_rad2, n_walls, sum: [x, y], resultant } = walls;
+        for part in [heading_rad2, n_walls, x, y, resultant] {
+            self.write_f64(part);
+        }
     }
 }
 
@@ -300,6 +310,15 @@ impl<'a> StateReader<'a> {
         Ok(Odometry { recent, velocity })
     }
 
+    fn read_walls(&mut self) -> Result<WallOrientation, InvalidState> {
+        Ok(WallOrientation {
+            heading_rad2: self.read_f64()?,
+            n_walls: self.read_f64()?,
+            sum: [self.read_f64()?, self.read_f64()?],
+            resultant: self.read_f64()?,
+        })
+    }
+
     fn read_track(&mut self) -> Result<TrackState, InvalidState> {
         Ok(TrackState {
             map_from_robot: self.read_pose()?,
@@ -312,6 +331,7 @@ impl<'a> StateReader<'a> {
             agreement: self.read_f64()?,
             n_lost: self.read_u32()?,
             adrift: self.read_bool()?,
+            walls: self.read_walls()?,
         })
     }
 }

@@ -10,6 +10,7 @@ use crate::live::odometry::{Odometry, seconds_between};
 use crate::matching::points::ScanPoint;
 use crate::matching::search::Window;
 use crate::params::{MappingParams, MatchParams, SonarParams, TrustParams};
+use crate::position::wall_orientation::WallOrientation;
 
 /// What is remembered of a session.
 #[derive(Clone, Debug)]
@@ -42,6 +43,8 @@ pub(crate) struct TrackState {
     pub(crate) n_lost: u32,
     /// True if the next scan may be anywhere near.
     pub(crate) adrift: bool,
+    /// What walls heard by sonar tell of the building.
+    pub(crate) walls: WallOrientation,
 }
 
 /// What became of a scan.
@@ -91,6 +94,7 @@ impl Tracker {
             agreement: 0.0,
             n_lost: 0,
             adrift: true,
+            walls: WallOrientation::default(),
         };
         Self { config, odometry: Odometry::default(), state }
     }
@@ -160,6 +164,12 @@ impl Tracker {
         self.settle(stamp_ns, pose, 0);
         self.state.adrift = false;
         draw
+    }
+
+    /// Moves the robot to where it was found at the moment that it was last settled at.
+    pub(crate) fn correct(&mut self, pose: Pose) {
+        self.state.map_from_robot = pose;
+        self.state.heard_at = Some(pose);
     }
 
     /// Takes a scan: matches its points (in the robot's frame) and says whether to draw it.
