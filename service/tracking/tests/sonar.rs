@@ -198,3 +198,24 @@ fn what_is_heard_corrects_odometry_that_drifts() {
     assert!(1.0 < by_odometry_m, "odometry alone ends {by_odometry_m} m off");
     assert!(found_m < 0.3, "{found_m} m off; odometry alone {by_odometry_m} m");
 }
+
+#[test]
+fn any_numbers_may_be_heard_anywhere() {
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 0.0, 1e30, 1.0, 1e-30];
+    let mut map = LiveMap::new(MappingParams::INDOOR, RESOLUTION_M).expect("a length");
+    let sensors = vec![ring(&Sonars::RING_24), ring(&Sonars { n_sonars: 0, ..Sonars::RING_24 })];
+    map.open_session(ROBOT, SessionConfig { map_from_start: Pose::IDENTITY, sensors });
+    let places_m = [0.0, 1.0, 1e8, 214_748_364.0, -214_748_364.8, 1e300, -1e300, f64::NAN, 2.0];
+    for (index, x_m) in places_m.into_iter().enumerate() {
+        for sensor in 0..3 {
+            let stamp_ns = i64::try_from(3 * index + sensor).expect("small");
+            let odometry = ObservationKind::OdometryPose(Pose { x_m, y_m: -x_m, theta_rad: x_m });
+            map.apply(ROBOT, &Observation { stamp_ns, kind: odometry });
+            let ranges_m = odd.iter().copied().cycle().take(20 + 2 * sensor).collect();
+            let kind = ObservationKind::SonarScan { sensor, ranges_m };
+            if let Some(estimate) = map.apply(ROBOT, &Observation { stamp_ns, kind }) {
+                assert!(estimate.map_from_robot.is_finite(), "{estimate:?} from {x_m} m");
+            }
+        }
+    }
+}

@@ -27,9 +27,10 @@ impl Patch {
         let frame = grid.frame();
         let corner = |side_m: f64| frame.cell_at(middle.map(|at_m| at_m + side_m));
         let (low, high) = (corner(-reach_m), corner(reach_m));
-        let width = high.x.max(high.y - low.y + low.x).abs_diff(low.x) as usize + 1;
-        let side =
-            |first: i32| (0..i32::try_from(width).unwrap_or(0)).map(move |step| first + step);
+        let width = high.x.abs_diff(low.x).max(high.y.abs_diff(low.y)) as usize + 1;
+        let side = |first: i32| {
+            (0..i32::try_from(width).unwrap_or(0)).map(move |step| first.saturating_add(step))
+        };
         let cells = side(low.y).flat_map(|y| side(low.x).map(move |x| Cell { x, y }));
         let values = cells.map(|cell| grid.log_odds(cell).map_or(0.0, occupied)).collect();
         Self { frame, first: low, width, values }
