@@ -30,3 +30,19 @@ impl Joined {
         !self.apart.contains(&pair) && (self.pairs.contains(&pair) || have_landmark())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn by_closures_and_landmarks_but_not_against_people() {
+        let landmarks = [vec![4], vec![2, 4], vec![], vec![2]];
+        let landmarks = landmarks.map(BTreeSet::from_iter).to_vec();
+        let joined = Joined::new([(0, 2), (2, 3)].into(), landmarks, [(1, 3), (2, 3)].into());
+        assert!(joined.contains((0, 2)), "by a closure");
+        assert!(joined.contains((0, 1)), "by a landmark");
+        assert!(!joined.contains((0, 3)) && !joined.contains((1, 2)), "by nothing");
+        assert!(!joined.contains((1, 3)) && !joined.contains((2, 3)), "taken apart");
+    }
+}

@@ -128,33 +128,40 @@ impl LandmarkSearch {
         }
         let covariances = graph.covariances_from(submap);
         for view in open {
-            let found = self.matches(view, (&graph.poses, &covariances));
-            let Some(nearest) = found.first() else {
-                self.begin(view);
-                continue;
-            };
-            let is_clear = found[1..]
-                .iter()
-                .all(|other| LOG_ODDS_MIN <= nearest.said.log_odds - other.said.log_odds);
-            if !is_clear {
-                continue;
-            }
-            let supporter = if LOG_ODDS_MIN <= nearest.said.log_odds {
-                None
-            } else {
-                let supporter = self.supporter(view, nearest, (graph, &covariances));
-                if supporter.is_none() {
-                    self.wait(view, *nearest);
-                    continue;
-                }
-                supporter
-            };
-            for (view, found) in [Some((view, *nearest)), supporter].into_iter().flatten() {
+            for (view, found) in self.believed(view, (graph, &covariances)) {
                 judged.n_joined += 1;
                 judged.is_news |= NEWS_CHI2_MIN < self.join(view, &found, graph);
             }
         }
         judged
+    }
+
+    /// What is believed now that a view is looked at: that it is of a landmark, or that and what another
+    /// view waited to say, or nothing yet.
+    fn believed(
+        &mut self,
+        view: usize,
+        (graph, covariances): (&SubmapGraph, &[Option<Matrix3<f64>>]),
+    ) -> Vec<(usize, Match)> {
+        let found = self.matches(view, (&graph.poses, covariances));
+        let [nearest, others @ ..] = found.as_slice() else {
+            self.begin(view);
+            return Vec::new();
+        };
+        let lead = |other: &Match| nearest.said.log_odds - other.said.log_odds;
+        if others.iter().any(|other| lead(other) < LOG_ODDS_MIN) {
+            return Vec::new();
+        }
+        if LOG_ODDS_MIN <= nearest.said.log_odds {
+            return vec![(view, *nearest)];
+        }
+        match self.supporter(view, nearest, (graph, covariances)) {
+            Some(supporter) => vec![(view, *nearest), supporter],
+            None => {
+                self.wait(view, *nearest);
+                Vec::new()
+            }
+        }
     }
 
     /// Notes that a view waits for another name to say the same.
