@@ -16,7 +16,7 @@ pub struct OdometryParams {
     pub std_m: f64,
     /// What they grow by for each metre, in metres.
     pub std_per_m: f64,
-    /// Of the heading at a step without a turn, in radians.
+    /// Of the heading at a step of up to half a metre without a turn, in radians.
     pub std_rad: f64,
     /// What it grows by for each radian turned, in radians.
     pub std_per_rad: f64,
@@ -44,6 +44,9 @@ pub(crate) struct Chain {
     pub(crate) covariances: Vec<Matrix3<f64>>,
 }
 
+/// A step as long as this has the deviation of its heading that parameters say, in metres, or a shorter one;
+/// a longer one, where the laser saw nothing for a while, is several.
+const STEP_M: f64 = 0.5;
 /// Steps that scans have little to say about are matched this wide, in metres.
 const WIDE_GATE_M: f64 = 0.3;
 /// Gauss-Newton steps of a match.
@@ -76,7 +79,8 @@ pub(crate) fn odometry_step(travel: &LaserTravel, keys: &[KeyScan], to: usize) -
 /// The edge of an odometry step to a key scan.
 pub(crate) fn odometry_edge(step: Pose, to: usize, params: &OdometryParams) -> Edge {
     let std_m = params.std_m + params.std_per_m * step.distance_m();
-    let std_rad = params.std_rad + params.std_per_rad * step.theta_rad.abs();
+    let n_steps = (step.distance_m() / STEP_M).max(1.0);
+    let std_rad = params.std_rad * n_steps.sqrt() + params.std_per_rad * step.theta_rad.abs();
     let information = Vector3::new(std_m, std_m, std_rad).map(|std| 1.0 / (std * std));
     Edge {
         from: to - 1,
