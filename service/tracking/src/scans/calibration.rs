@@ -7,12 +7,13 @@
 //! ```
 //!
 //! with E the frame whose motion odometry tells, seen from the robot's, in which lasers are declared: not the
-//! same where a laser sits or looks elsewhere than declared. Positions are linear in the scale, turned by the
-//! heading of E, and in the position of E: weighted least squares with a prior about 1 and nothing; steps
-//! that disagree by many deviations, where wheels slip or scans were matched wrongly, lose their weight
-//! (Geman and `McClure`, iterated). After A. Censi, A. Franchi, L. Marchionni, G. Oriolo, "Simultaneous
-//! calibration of odometry and sensor parameters for mobile robots", IEEE Transactions on Robotics 29
-//! (2013), with steps in place of wheels. Time O(steps).
+//! same where a laser sits or looks elsewhere than declared. First the scales as if it were, then E and the
+//! scale of lengths, in which positions are linear: the scale turned by the heading of E, and the position of
+//! E. By weighted least squares with a prior about 1 and nothing; steps that disagree by many deviations,
+//! where wheels slip or scans were matched wrongly, lose their weight (Geman and `McClure`, iterated).
+//! After A. Censi, A. Franchi, L. Marchionni, G. Oriolo, "Simultaneous calibration of odometry and sensor
+//! parameters for mobile robots", IEEE Transactions on Robotics 29 (2013), with steps in place of wheels.
+//! Time O(steps).
 
 use meetpoint_geometry::{Pose, angle_between};
 use nalgebra::{Matrix2, Matrix2x4, Matrix3, Matrix4, Vector2, Vector4};
@@ -44,7 +45,18 @@ impl Calibration {
 
     /// A step of the odometry as the robot made it in truth.
     pub(crate) fn applied(&self, step: Pose) -> Pose {
-        self.robot_from_wheels * self.scaled(step) * self.robot_from_wheels.inverse()
+        if self.is_elsewhere() {
+            self.robot_from_wheels * self.scaled(step) * self.robot_from_wheels.inverse()
+        } else {
+            self.scaled(step)
+        }
+    }
+
+    /// Whether lasers are so far from where they are declared that odometry is to be read by it: less is no
+    /// worse than what steps are off.
+    fn is_elsewhere(&self) -> bool {
+        PLACE_OFF_MIN_M < self.robot_from_wheels.distance_m()
+            || HEADING_OFF_MIN_RAD < self.robot_from_wheels.theta_rad.abs()
     }
 
     /// A step of the odometry as the frame that it tells of made it in truth.
@@ -68,6 +80,9 @@ const TURN_PER_M_STD: f64 = 0.01;
 /// The same of where lasers look and sit: 6 degrees, and 0.2 m.
 const HEADING_STD_RAD: f64 = 0.1;
 const PLACE_STD_M: f64 = 0.2;
+/// Lasers that are off by less are as declared: 5 cm and 2 degrees.
+const PLACE_OFF_MIN_M: f64 = 0.05;
+const HEADING_OFF_MIN_RAD: f64 = 0.035;
 /// Square of a residual in deviations at which a step is half doubted.
 const CHI2_TURN: f64 = 9.0;
 /// Rounds of weighing.
@@ -77,53 +92,86 @@ const INFORMATION_MIN: f64 = 1.0;
 
 /// The calibration by some steps: odometry's, and those of the scans.
 pub(crate) fn calibration(steps: &[(Pose, ScannedStep)]) -> Calibration {
-    let mut found = Calibration::NONE;
+    let mut scaled = Calibration::NONE;
     for _ in 0..N_ROUNDS {
-        found = weighed(steps, &found);
+        scaled = weighed(steps, &scaled);
     }
-    found
+    let mut placed = scaled;
+    for _ in 0..N_ROUNDS {
+        placed = placed_by(steps, &placed);
+    }
+    if placed.is_elsewhere() {
+        placed
+    } else {
+        Calibration { robot_from_wheels: placed.robot_from_wheels, ..scaled }
+    }
 }
 
+/// The scales, as if lasers were as declared.
 fn weighed(steps: &[(Pose, ScannedStep)], now: &Calibration) -> Calibration {
-    // Scale times cosine and sine of the heading; x and y.
-    let place_prior = Vector4::new(LENGTH_SCALE_STD, HEADING_STD_RAD, PLACE_STD_M, PLACE_STD_M)
-        .map(|std| std.powi(-2));
-    let right = Vector4::new(1.0, 0.0, 0.0, 0.0);
-    let (mut place_hessian, mut place_target) =
-        (Matrix4::from_diagonal(&place_prior), Vector4::zeros());
+    let prior = LENGTH_SCALE_STD.powi(-2);
+    let (mut squares, mut products) = (prior, prior);
     let turn_prior = Vector2::new(TURN_SCALE_STD.powi(-2), TURN_PER_M_STD.powi(-2));
-    let (mut hessian, mut target) =
-        (Matrix2::from_diagonal(&turn_prior), Vector2::new(turn_prior.x, 0.0));
+    let mut hessian = Matrix2::from_diagonal(&turn_prior);
+    let mut target = Vector2::new(turn_prior.x, 0.0);
     for (odometry, step) in steps {
         let information = step.information + Matrix3::identity() * INFORMATION_MIN;
         let Some(covariance) = information.try_inverse() else { continue };
         let corrected = now.applied(*odometry);
-        let of_place =
-            covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * STEP_STD_M * STEP_STD_M;
-        if let Some(information) = of_place.try_inverse() {
-            let seen = step.by_scans.position().coords;
-            let away = seen - corrected.position().coords;
-            let believed = information * weight(away.dot(&(information * away)));
-            let row = place_row(*odometry, step.by_scans.theta_rad);
-            place_hessian += row.transpose() * believed * row;
-            place_target += row.transpose() * believed * (seen - row * right);
+        let length_m = odometry.distance_m();
+        if length_m > 0.0 {
+            let (x, y) = (odometry.x_m / length_m, odometry.y_m / length_m);
+            let variance = x * x * covariance[(0, 0)]
+                + 2.0 * x * y * covariance[(0, 1)]
+                + y * y * covariance[(1, 1)]
+                + STEP_STD_M * STEP_STD_M;
+            let seen_m = x * step.by_scans.x_m + y * step.by_scans.y_m;
+            let weight = weight(seen_m - corrected.distance_m(), variance);
+            squares += weight * length_m * length_m;
+            products += weight * length_m * seen_m;
         }
         let variance = covariance[(2, 2)] + STEP_STD_RAD * STEP_STD_RAD;
         let error_rad = angle_between(corrected.theta_rad, step.by_scans.theta_rad);
-        let weight = weight(error_rad * error_rad / variance) / variance;
-        let row = Vector2::new(odometry.theta_rad, odometry.distance_m());
+        let weight = weight(error_rad, variance);
+        let row = Vector2::new(odometry.theta_rad, length_m);
         let seen_rad = now.turn_scale * row.x + now.turn_per_m * row.y + error_rad;
         hessian += row * row.transpose() * weight;
         target += row * (seen_rad * weight);
     }
     let turn = hessian.try_inverse().map_or(Vector2::new(1.0, 0.0), |inverse| inverse * target);
-    let off = place_hessian.try_inverse().map(|inverse| inverse * place_target);
+    let length_scale = products / squares;
+    Calibration { length_scale, turn_scale: turn.x, turn_per_m: turn.y, ..*now }
+}
+
+/// The scale of lengths, and where lasers are.
+fn placed_by(steps: &[(Pose, ScannedStep)], now: &Calibration) -> Calibration {
+    // Scale times cosine and sine of the heading; x and y.
+    let prior = Vector4::new(LENGTH_SCALE_STD, HEADING_STD_RAD, PLACE_STD_M, PLACE_STD_M)
+        .map(|std| std.powi(-2));
+    let right = Vector4::new(1.0, 0.0, 0.0, 0.0);
+    let (mut hessian, mut target) = (Matrix4::from_diagonal(&prior), Vector4::zeros());
+    let wheels = now.robot_from_wheels;
+    for (odometry, step) in steps {
+        let information = step.information + Matrix3::identity() * INFORMATION_MIN;
+        let Some(covariance) = information.try_inverse() else { continue };
+        let of_place =
+            covariance.fixed_view::<2, 2>(0, 0) + Matrix2::identity() * STEP_STD_M * STEP_STD_M;
+        let Some(information) = of_place.try_inverse() else { continue };
+        let corrected = wheels * now.scaled(*odometry) * wheels.inverse();
+        let seen = step.by_scans.position().coords;
+        let away = seen - corrected.position().coords;
+        let chi2 = away.dot(&(information * away));
+        let believed = information * (CHI2_TURN / (CHI2_TURN + chi2)).powi(2);
+        let row = place_row(*odometry, step.by_scans.theta_rad);
+        hessian += row.transpose() * believed * row;
+        target += row.transpose() * believed * (seen - row * right);
+    }
+    let off = hessian.try_inverse().map(|inverse| inverse * target);
     let place = right + off.unwrap_or_default();
     Calibration {
         length_scale: place.x.hypot(place.y),
-        turn_scale: turn.x,
-        turn_per_m: turn.y,
         robot_from_wheels: Pose::new(place.z, place.w, place.y.atan2(place.x)),
+        ..*now
     }
 }
 
@@ -134,9 +182,10 @@ fn place_row(odometry: Pose, turn_rad: f64) -> Matrix2x4<f64> {
     Matrix2x4::new(x, -y, 1.0 - cos, sin, y, x, -sin, 1.0 - cos)
 }
 
-/// Weight of a residual by its square in deviations.
-fn weight(chi2: f64) -> f64 {
-    (CHI2_TURN / (CHI2_TURN + chi2)).powi(2)
+/// Weight of a residual of that variance.
+fn weight(error: f64, variance: f64) -> f64 {
+    let chi2 = error * error / variance;
+    (CHI2_TURN / (CHI2_TURN + chi2)).powi(2) / variance
 }
 
 #[cfg(test)]
