@@ -120,6 +120,8 @@ async fn nameless_doors_are_left_to_a_person<D: Door>(door: &D) {
     };
     let right = merge.alignments.iter().find(is_right);
     let right = right.unwrap_or_else(|| panic!("the truth is among them: {merge:?}"));
+    let png = door.preview(&merge.id, &right.id).await.expect("a picture");
+    assert!(png.starts_with(b"\x89PNG"), "of its way over the doors");
     let (_, job) = door.accept(&merge.id, &right.id).await.expect("a person knows");
     job_done(door, &job).await;
     is_placed(door, &session).await;

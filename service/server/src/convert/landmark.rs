@@ -1,6 +1,6 @@
 //! Landmarks in versions and on the wire.
 
-use meetpoint_geometry::Pose;
+use meetpoint_geometry::{Point2, Pose};
 use meetpoint_proto::v1;
 use prost::Message;
 
@@ -28,6 +28,13 @@ pub(crate) fn set_to_bytes<'a>(
     };
     let landmarks: Vec<v1::Landmark> = sessions.flat_map(of).collect();
     (!landmarks.is_empty()).then(|| Saved { format: FORMAT, landmarks }.encode_to_vec())
+}
+
+/// Where a landmark is, in metres, with xx, xy and yy of its covariance in square metres.
+pub(crate) fn place(landmark: &v1::Landmark) -> (Point2<f64>, [f64; 3]) {
+    let v1::Point { x_m, y_m } = landmark.position.unwrap_or_default();
+    let v1::Covariance { xx_m2, xy_m2, yy_m2 } = landmark.covariance.unwrap_or_default();
+    (Point2::new(x_m, y_m), [xx_m2, xy_m2, yy_m2])
 }
 
 /// The landmarks that a version keeps.

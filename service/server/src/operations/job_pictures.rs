@@ -4,7 +4,7 @@ use meetpoint_geometry::Point2;
 use meetpoint_proto::v1;
 
 use crate::convert::way_picture::{self, Way};
-use crate::convert::{job, session, table_picture};
+use crate::convert::{job, landmark, session, table_picture};
 use crate::jobs::relax::tables::{Which, table};
 use crate::{error::Error, service::Service};
 
@@ -70,8 +70,7 @@ impl Service {
     }
 
     /// A session's way and landmarks in a version; empty where the version has none.
-    async fn way(&self, map: &str, session: &str, version: u64) -> Result<Way, Error> {
-        let point = |at: v1::Point| Point2::new(at.x_m, at.y_m);
+    pub(super) async fn way(&self, map: &str, session: &str, version: u64) -> Result<Way, Error> {
         let mut way = Way::default();
         let mut request = v1::GetTrajectoryRequest {
             session: session.to_owned(),
@@ -100,13 +99,7 @@ impl Service {
         }
         let landmarks = self.all_landmarks(map, version).await?;
         let own = landmarks.into_iter().filter(|landmark| landmark.session == session);
-        way.landmarks = own
-            .map(|landmark| {
-                let v1::Covariance { xx_m2, xy_m2, yy_m2 } =
-                    landmark.covariance.unwrap_or_default();
-                (point(landmark.position.unwrap_or_default()), [xx_m2, xy_m2, yy_m2])
-            })
-            .collect();
+        way.landmarks = own.map(|own| landmark::place(&own)).collect();
         Ok(way)
     }
 

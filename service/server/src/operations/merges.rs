@@ -1,13 +1,15 @@
 //! Merges: looked at, accepted, rejected, undone.
 
+use meetpoint_geometry::{Point2, Pose};
 use meetpoint_merging::preview;
 use meetpoint_proto::v1;
-use meetpoint_storage::{MapId, MergeFilter, MergeRecord};
+use meetpoint_storage::{MapId, MergeFilter, MergeRecord, SessionId};
 
 use super::maps::shortened;
 use super::page;
 use crate::convert::merge_decision::{Deciding, MergeDecided};
-use crate::convert::{merge, session};
+use crate::convert::way_picture::{self, Way};
+use crate::convert::{landmark, merge, session};
 use crate::live::Event;
 use crate::merging::{Known, accepting, rejecting, undoing};
 use crate::{clock, error::Error, service::Service};
@@ -22,6 +24,34 @@ type Decide<'a> =
     dyn Fn(&MergeRecord, &Known) -> Result<Option<Deciding>, Error> + Send + Sync + 'a;
 
 impl Service {
+    /// The way of a session that has drawn nothing, laid over the landmarks of what it may lie on; over where
+    /// these were seen, if that is a session too.
+    async fn landmark_preview(
+        &self,
+        merge: &v1::Merge,
+        onto: Option<SessionId>,
+        onto_from_session: Pose,
+    ) -> Result<Vec<u8>, Error> {
+        let (map, version) = (&merge.map, merge.map_version);
+        let moved = |points: Vec<Point2<f64>>| -> Vec<Point2<f64>> {
+            points.into_iter().map(|at| onto_from_session * at).collect()
+        };
+        let own = self.way(map, &merge.session, version).await?;
+        let mut shown =
+            Way { points: moved(own.points), seen: moved(own.seen), landmarks: Vec::new() };
+        match onto {
+            Some(older) => {
+                shown.seen.extend(self.way(map, &older.0.to_string(), version).await?.seen);
+            }
+            None => {
+                let landmarks = self.all_landmarks(map, version).await?;
+                shown.landmarks = landmarks.iter().map(landmark::place).collect();
+            }
+        }
+        let drawn = tokio::task::spawn_blocking(move || way_picture::png(&shown, &Way::default()));
+        drawn.await.map_err(Error::internal)?
+    }
+
     /// A page of merges.
     pub(crate) async fn list_merges(
         &self,
@@ -68,6 +98,10 @@ impl Service {
         let (map, version) = (&merge.map, merge.map_version);
         let still = self.frame_grid(map, version, onto).await?.grid;
         let moved = self.frame_grid(map, version, Some(record.session)).await?.grid;
+        if moved.bounds().is_none() {
+            let png = self.landmark_preview(&merge, onto, onto_from_session).await?;
+            return Ok(v1::GetMergePreviewResponse { png });
+        }
         let drawn = move || preview(&still, &moved, onto_from_session, PREVIEW_PIXELS);
         let png = tokio::task::spawn_blocking(drawn).await.map_err(Error::internal)?;
         Ok(v1::GetMergePreviewResponse { png })

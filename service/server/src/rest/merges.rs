@@ -144,7 +144,8 @@ pub(super) async fn get_merge(
 /// A picture of one map laid over the other by an alignment.
 ///
 /// Walls of what lies still are blue, those of the session orange, black where both agree; in the frame
-/// of what lies still.
+/// of what lies still. Of a session without a laser the way is blue, where it saw landmarks orange, the
+/// landmarks of the map red.
 #[utoipa::path(
     get,
     path = "/v1/merges/{merge}/preview",
