@@ -39,7 +39,7 @@ impl MergeRules {
     pub const INDOOR: Self = Self {
         walls_min_m: 10.0,
         walls_no_overlap_min_m: 60.0,
-        log_odds_min: 30.0,
+        log_odds_min: 45.0,
         log_odds_proposed_min: 8.0,
         margin_min: 6.0,
         margin_share_min: 0.1,
