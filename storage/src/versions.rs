@@ -26,6 +26,8 @@ pub struct NewSnapshot {
     pub journal_seq: JournalSeq,
     /// What made it: `tracking` or a job's kind.
     pub origin: String,
+    /// Names the weights by which sonars were read last; empty where nobody noted it.
+    pub sonar_weights: String,
     /// Scans drawn into the grid.
     pub n_scans: u64,
     /// Extent of the observed cells in the map's frame, in metres: smallest x, smallest y, largest
@@ -65,6 +67,8 @@ pub struct VersionRecord {
     pub create_time_ns: i64,
     /// What made it: `tracking` or a job's kind.
     pub origin: String,
+    /// Names the weights by which sonars were read last; empty where nobody noted it.
+    pub sonar_weights: String,
 }
 
 /// Where mapping goes on after a restart.
@@ -95,6 +99,7 @@ struct Row {
     y_max_m: Option<f64>,
     create_time_ns: i64,
     origin: String,
+    sonar_weights: String,
 }
 
 impl From<Row> for VersionRecord {
@@ -109,6 +114,7 @@ impl From<Row> for VersionRecord {
             bounds_m: whole(bounds),
             create_time_ns: row.create_time_ns,
             origin: row.origin,
+            sonar_weights: row.sonar_weights,
         }
     }
 }
@@ -159,7 +165,8 @@ impl Store {
     ) -> Result<Vec<VersionRecord>, Error> {
         let rows: Vec<Row> = sqlx::query_as(
             "select map_id, number, number = published_version as published, journal_seq, n_scans,
-                 x_min_m, y_min_m, x_max_m, y_max_m, map_versions.create_time_ns, origin
+                 x_min_m, y_min_m, x_max_m, y_max_m, map_versions.create_time_ns, origin,
+                 sonar_weights
              from map_versions join maps on maps.id = map_id
              where map_id = $1 and number < $2 order by number desc limit $3",
         )
@@ -245,7 +252,8 @@ async fn find(
 ) -> Result<Option<VersionRecord>, Error> {
     let row: Option<Row> = sqlx::query_as(
         "select map_id, number, number = published_version as published, journal_seq, n_scans,
-             x_min_m, y_min_m, x_max_m, y_max_m, map_versions.create_time_ns, origin
+             x_min_m, y_min_m, x_max_m, y_max_m, map_versions.create_time_ns, origin,
+                 sonar_weights
          from map_versions join maps on maps.id = map_id
          where map_id = $1 and number = $2",
     )
@@ -311,8 +319,9 @@ async fn insert_version(
 ) -> Result<(), Error> {
     sqlx::query(
         "insert into map_versions (map_id, number, journal_seq, n_scans, x_min_m, y_min_m,
-             x_max_m, y_max_m, origin, create_time_ns, manifest, topology_hash, landmarks_hash)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
+             x_max_m, y_max_m, origin, create_time_ns, manifest, topology_hash, landmarks_hash,
+             sonar_weights)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
     )
     .bind(&new.map)
     .bind(to_sql(number))
@@ -327,6 +336,7 @@ async fn insert_version(
     .bind(manifest::encode(new.tiles.iter().map(|tile| (tile.key, tile.hash))))
     .bind(new.topology.as_ref().map(|topology| topology.hash.0.to_vec()))
     .bind(landmarks.map(|landmarks| landmarks.hash.0.to_vec()))
+    .bind(&new.sonar_weights)
     .execute(connection)
     .await?;
     Ok(())

@@ -73,6 +73,7 @@ pub(crate) fn version(body: &Value) -> v1::MapVersion {
         }),
         create_time_ns: signed(&body["create_time_ns"]),
         origin: text(&body["origin"]),
+        sonar_weights: text(&body["sonar_weights"]),
     }
 }
 

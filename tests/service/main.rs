@@ -45,6 +45,7 @@ mod relaxing;
 mod replay;
 mod sessions;
 mod sonar;
+mod sonar_weights;
 mod storage_faults;
 mod stream;
 mod tagged_hall;

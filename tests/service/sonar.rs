@@ -25,20 +25,20 @@ const BLUR_M: f64 = 0.2;
 const DEPTH_M: f64 = 0.25;
 
 /// A robot with 24 sonars and odometry that does not err, once around the hall.
-struct SonarDrive {
+pub(crate) struct SonarDrive {
     building: Building,
     drive: SimulatedDrive,
 }
 
 impl SonarDrive {
-    fn through_the_hall() -> Self {
+    pub(crate) fn through_the_hall() -> Self {
         let world = hall();
         let robot = Robot { odometry_error: OdometryError::NONE, ..Robot::INDOOR };
         let drive = SimulatedDrive::by_way_of(&world.building, robot, &world.tours[0], 3);
         Self { building: world.building, drive }
     }
 
-    fn sensor() -> v1::Sensor {
+    pub(crate) fn sensor() -> v1::Sensor {
         let ring = SonarRing::RING_24;
         let transducers = (0..ring.n_sonars).map(|at| pose(ring.robot_from_sonar(at)));
         let ring = v1::SonarRing {
@@ -54,7 +54,7 @@ impl SonarDrive {
         }
     }
 
-    fn batches(&self) -> Vec<v1::Batch> {
+    pub(crate) fn batches(&self) -> Vec<v1::Batch> {
         let mut rng = ChaCha8Rng::seed_from_u64(8);
         let mut observations = Vec::new();
         for (index, tick) in self.drive.ticks.iter().enumerate() {

@@ -21,7 +21,7 @@ pub use map_tile::{MAP_TILE_LEVEL_MAX, MAP_TILE_PIXELS, map_tile};
 pub use raster::Raster;
 pub use scan_marks::ScanMarks;
 pub use sonar::{
-    Example, Interpretation, InvalidNetwork, InverseCone, Network, SonarModel, SonarRing,
-    SonarScan, SonarView, TrainingParams, cross_entropy, trained,
+    Accuracy, Examination, Example, HeldOut, Interpretation, InvalidNetwork, InverseCone, Network,
+    SonarModel, SonarRing, SonarScan, SonarView, Tenth, TrainingParams, cross_entropy, trained,
 };
 pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};

@@ -2,12 +2,14 @@
 //! transducers together, and by the classic model that reads them one by one.
 
 mod drawing;
+mod examination;
 mod interpretation;
 mod inverse_cone;
 mod network;
 mod ring;
 mod training;
 
+pub use examination::{Accuracy, Examination, HeldOut, Tenth};
 pub use interpretation::{Interpretation, SonarModel};
 pub use inverse_cone::InverseCone;
 pub use network::{InvalidNetwork, Network};

@@ -11,6 +11,7 @@ pub mod plan;
 pub mod rebuild;
 pub mod relax;
 pub mod serve;
+pub mod train;
 pub mod trajectory;
 
 mod asked;

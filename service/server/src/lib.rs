@@ -20,4 +20,6 @@ pub mod rest;
 pub mod serve;
 pub mod service;
 pub mod settings;
+pub mod sonar_weights;
 pub mod telemetry;
+mod training;

@@ -29,6 +29,8 @@ enum Command {
     Plan(commands::plan::PlanArgs),
     /// Save a session's trajectory
     Trajectory(commands::trajectory::TrajectoryArgs),
+    /// Make new weights for the network that reads sonar
+    Train(commands::train::TrainArgs),
     /// Measure this service on this machine
     Bench(commands::bench::BenchArgs),
     /// Compute all that is derived again from the journal, into a new version
@@ -71,6 +73,7 @@ async fn main() -> ExitCode {
         Command::Graph(args) => commands::graph::run(args).await,
         Command::Plan(args) => commands::plan::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
+        Command::Train(args) => commands::train::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,
         Command::Relax(args) => commands::relax::run(args).await,

@@ -21,7 +21,7 @@ use crate::activity::Activity;
 use crate::ingest::{JournalWriter, KnownSessions};
 use crate::jobs;
 use crate::live::Live;
-use crate::mapping::Actors;
+use crate::mapping::{Actors, Sensing};
 use crate::merging;
 use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
@@ -29,6 +29,7 @@ use crate::operations::imports;
 use crate::planning::{self, Planner};
 use crate::service::{Parts, Service};
 use crate::settings::Settings;
+use crate::sonar_weights::SonarWeights;
 use crate::{grpc, listener, rest, telemetry};
 
 /// The database's file within the data folder.
@@ -64,7 +65,8 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     let lock = lock(data)?;
     let store = open_store(&settings).await?;
     let live = Live::new();
-    let actors = Actors::new(store.clone(), live.clone(), settings.mapping.clone());
+    let sensing = Arc::new(sensing(&settings)?);
+    let actors = Actors::new(store.clone(), live.clone(), settings.mapping.clone(), sensing);
     let activity = Activity::new();
     let into = (store.clone(), actors.clone(), activity.clone());
     let (journal, committing) = JournalWriter::start(into, settings.journal.clone());
@@ -125,6 +127,18 @@ impl Running {
         service.store.close().await;
         Ok(())
     }
+}
+
+/// By what maps are drawn.
+fn sensing(settings: &Settings) -> anyhow::Result<Sensing> {
+    let path = &settings.mapping.sonar_weights;
+    let weights = if path.as_os_str().is_empty() {
+        SonarWeights::shipped()
+    } else {
+        SonarWeights::read(path).context("the setting mapping.sonar_weights")?
+    };
+    tracing::info!(name = weights.name, "sonar weights");
+    Ok(Sensing::indoor(weights))
 }
 
 fn lock(data: &Path) -> anyhow::Result<File> {

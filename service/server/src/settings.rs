@@ -85,6 +85,7 @@ pub struct MappingSettings {
     pub read_ahead_bytes_max: usize,
     pub lease_ttl_s: u32,
     pub topology_cells_max: u64,
+    pub sonar_weights: PathBuf,
 }
 
 /// How paths are planned.

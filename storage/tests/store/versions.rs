@@ -19,6 +19,7 @@ pub(crate) fn snapshot(lease: &MapLease) -> NewSnapshot {
         lease: lease.clone(),
         journal_seq: JournalSeq(1),
         origin: "tracking".to_owned(),
+        sonar_weights: "3c0a".to_owned(),
         n_scans: 3,
         bounds_m: Some([-1.0, -2.0, 3.0, 4.5]),
         state: b"state".to_vec(),
@@ -57,6 +58,7 @@ async fn a_snapshot_is_the_next_version_and_is_published() {
     let found = store.version(&hall(), 1).await.expect("reading works").expect("it is kept");
     assert_eq!((found.published, found.origin.as_str()), (false, "tracking"), "not any more");
     let missing = store.version(&hall(), u64::MAX).await.expect("reading works");
+    assert_eq!(found.sonar_weights, "3c0a", "what it was drawn by is kept");
     assert_eq!(missing, None, "no such version");
 }
 

@@ -15,7 +15,7 @@ use super::ring::SonarView;
 /// Numbers that a place is described by.
 pub(super) const N_INPUTS: usize = 6;
 /// Units of the first hidden layer: twice as many in both lower the cross-entropy of held-out places by
-/// about a percent (`examples/sonar.rs`).
+/// about a percent (`meetpoint train`).
 pub(super) const N_FIRST: usize = 16;
 /// Units of the second.
 pub(super) const N_SECOND: usize = 8;

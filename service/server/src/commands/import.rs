@@ -51,7 +51,7 @@ pub(super) async fn run(args: &ImportArgs) -> anyhow::Result<()> {
 }
 
 /// The text of a YAML and the bytes of the image that it names.
-fn files(path: &Path) -> anyhow::Result<(String, Vec<u8>)> {
+pub(super) fn files(path: &Path) -> anyhow::Result<(String, Vec<u8>)> {
     let yaml =
         std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let named = read_yaml(&yaml).with_context(|| format!("in {}", path.display()))?.image;

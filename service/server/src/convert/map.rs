@@ -62,6 +62,7 @@ pub(crate) fn version_to_wire(record: &VersionRecord) -> v1::MapVersion {
         bounds_m,
         create_time_ns,
         origin,
+        sonar_weights,
     } = record;
     v1::MapVersion {
         map: map.0.clone(),
@@ -77,6 +78,7 @@ pub(crate) fn version_to_wire(record: &VersionRecord) -> v1::MapVersion {
         }),
         create_time_ns: *create_time_ns,
         origin: origin.clone(),
+        sonar_weights: sonar_weights.clone(),
     }
 }
 

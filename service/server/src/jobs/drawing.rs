@@ -6,7 +6,6 @@ use std::time::{Duration, Instant};
 
 use meetpoint_proto::v1;
 use meetpoint_storage::{JournalSeq, MapRecord, PoseRecord, SessionId};
-use meetpoint_tracking::MappingParams;
 
 use super::running::{Running, Stopped};
 use super::workbench::Workbench;
@@ -61,7 +60,7 @@ pub(super) async fn drawn(
     (running, bench): (&Running<'_>, &Workbench),
     shares: Range<f64>,
 ) -> Result<Drawn, Stopped> {
-    let state = MapState::new(&MappingParams::INDOOR, record.resolution_m, decisions)?;
+    let state = MapState::new(service.actors.sensing(), record.resolution_m, decisions)?;
     let mut drawn = Drawn { state, n_scans: 0, corrections: BTreeMap::new() };
     let text = format!("journal entries up to {}", end.0);
     running.progress(shares.start, Some(&text)).await?;

@@ -11,7 +11,6 @@ use std::time::{Duration, Instant};
 
 use meetpoint_proto::v1;
 use meetpoint_storage::{JournalEntry, JournalSeq, MapId, MapLease, MapRecord, SessionId};
-use meetpoint_tracking::MappingParams;
 
 use super::actors::{Awaited, Mailbox, Replacement, Shared};
 use super::checkpoint;
@@ -261,7 +260,7 @@ impl Actor<'_> {
         }
         let (store, map) = (&self.shared.store, &self.record.id);
         let decisions = Decisions::load(store, map, store.journal_end(map).await?).await?;
-        let state = MapState::new(&MappingParams::INDOOR, self.record.resolution_m, decisions)?;
+        let state = MapState::new(&self.shared.sensing, self.record.resolution_m, decisions)?;
         let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
         let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
         Ok(Work { state, saved: SavedTiles::default(), quiet_until })
@@ -273,12 +272,12 @@ impl Actor<'_> {
         let hashes: Vec<_> = saved.tiles.iter().map(|(_, hash)| *hash).collect();
         let tiles = tiles::load(store, &saved.tiles, &tiles::Known::default()).await?;
         let known = SavedTiles::restored(&tiles, &hashes);
-        let (params, resolution_m) = (&MappingParams::INDOOR, self.record.resolution_m);
+        let (sensing, resolution_m) = (&self.shared.sensing, self.record.resolution_m);
         let position = saved.journal_seq;
         let decided_through = checkpoint::decided_through(&saved.state)?;
         let decisions = Decisions::load(store, &self.record.id, decided_through).await?;
         let bytes = &saved.state;
-        let state = checkpoint::restore(params, resolution_m, position, bytes, tiles, decisions)?;
+        let state = checkpoint::restore(sensing, resolution_m, position, bytes, tiles, decisions)?;
         Ok(Some(Work { state, saved: known, quiet_until: position }))
     }
 

@@ -11,6 +11,7 @@ use uuid::Uuid;
 
 use super::actor;
 use super::map_state::MapState;
+use super::sensing::Sensing;
 use crate::{error::Error, live::Live, settings::MappingSettings};
 
 /// Maps read from the store at a time when looking for work at start.
@@ -25,6 +26,8 @@ pub(super) struct Shared {
     pub(super) store: Store,
     pub(super) live: Live,
     pub(super) settings: MappingSettings,
+    /// By what all maps are drawn.
+    pub(super) sensing: Arc<Sensing>,
     /// Names this process in leases.
     pub(super) owner: Uuid,
     /// One for each map that may compute at the same time.
@@ -67,7 +70,12 @@ impl Mailbox {
 
 impl Actors {
     /// No map is in memory yet.
-    pub(crate) fn new(store: Store, live: Live, settings: MappingSettings) -> Self {
+    pub(crate) fn new(
+        store: Store,
+        live: Live,
+        settings: MappingSettings,
+        sensing: Arc<Sensing>,
+    ) -> Self {
         let n_processors = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
         let n_threads =
             if settings.n_maps_at_once == 0 { n_processors } else { settings.n_maps_at_once };
@@ -75,12 +83,18 @@ impl Actors {
             store,
             live,
             settings,
+            sensing,
             owner: Uuid::now_v7(),
             threads: Semaphore::new(n_threads),
             stop: CancellationToken::new(),
             running: Mutex::default(),
             tasks: TaskTracker::new(),
         }))
+    }
+
+    /// By what all maps are drawn.
+    pub(crate) fn sensing(&self) -> &Arc<Sensing> {
+        &self.0.sensing
     }
 
     /// Names this process in leases.

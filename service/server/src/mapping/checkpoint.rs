@@ -7,13 +7,13 @@ use std::sync::Arc;
 
 use meetpoint_occupancy::{Tile, TileIndex};
 use meetpoint_storage::{JournalSeq, SessionId, TileKey};
-use meetpoint_tracking::{LiveMap, MappingParams};
 use prost::Message;
 use uuid::Uuid;
 
 use super::decisions::Decisions;
 use super::map_state::{MapState, OpenSession};
 use super::placements::Place;
+use super::sensing::Sensing;
 use crate::convert::{pose, sensor, session};
 use crate::error::Error;
 
@@ -107,7 +107,7 @@ pub(super) fn decided_through(bytes: &[u8]) -> Result<JournalSeq, Error> {
 /// # Errors
 /// [`Error::Internal`] if the bytes are of another format or damaged.
 pub(super) fn restore(
-    params: &MappingParams,
+    sensing: &Arc<Sensing>,
     resolution_m: f64,
     position: JournalSeq,
     bytes: &[u8],
@@ -125,8 +125,7 @@ pub(super) fn restore(
     }
     let mut live = |frame: Option<SessionId>, state: &[u8]| {
         let tiles = by_frame.remove(&frame).unwrap_or_default();
-        LiveMap::restore(*params, resolution_m, tiles, state)
-            .map_err(|error| Error::internal(format!("a checkpoint cannot be read: {error:?}")))
+        sensing.restored_map(resolution_m, tiles, state)
     };
     let site = live(None, &site)?;
     let mut frames = BTreeMap::new();
@@ -136,7 +135,7 @@ pub(super) fn restore(
     }
     let sessions = sessions.into_iter().map(open_session).collect::<Result<_, Error>>()?;
     Ok(MapState {
-        params: *params,
+        sensing: sensing.clone(),
         resolution_m,
         decisions,
         site,

@@ -1,6 +1,7 @@
 //! All that mapping knows of one map: a pure function of the journal, entry by entry.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use meetpoint_geometry::Pose;
 use meetpoint_occupancy::Grid;
@@ -8,18 +9,19 @@ use meetpoint_proto::v1;
 use meetpoint_storage::{
     JournalEntry, JournalEvent, JournalSeq, PoseRecord, SessionId, TrajectoryOrigin,
 };
-use meetpoint_tracking::{Estimate, LiveMap, MappingParams, SensorKind, SessionConfig, SessionKey};
+use meetpoint_tracking::{Estimate, LiveMap, SensorKind, SessionConfig, SessionKey};
 use prost::Message;
 
 use super::decisions::Decisions;
 use super::placements::Place;
 use super::relaxations::Relaxations;
+use super::sensing::Sensing;
 use crate::convert::{import, observation, pose, sensor, sensor::DeclaredSensor, session};
 use crate::error::Error;
 
 /// A map as it grows.
 pub(crate) struct MapState {
-    pub(super) params: MappingParams,
+    pub(super) sensing: Arc<Sensing>,
     pub(super) resolution_m: f64,
     /// Where robots are known to have been, and where merges put sessions.
     pub(super) decisions: Decisions,
@@ -84,15 +86,15 @@ impl MapState {
     /// # Errors
     /// [`Error::Internal`] for a resolution that no map can have.
     pub(crate) fn new(
-        params: &MappingParams,
+        sensing: &Arc<Sensing>,
         resolution_m: f64,
         decisions: Decisions,
     ) -> Result<Self, Error> {
         Ok(Self {
-            params: *params,
+            sensing: sensing.clone(),
             resolution_m,
             decisions,
-            site: empty_map(params, resolution_m)?,
+            site: sensing.empty_map(resolution_m)?,
             unplaced: BTreeMap::new(),
             sessions: BTreeMap::new(),
             poses: BTreeMap::new(),
@@ -170,8 +172,7 @@ impl MapState {
         let tiles = Grid::from_raster(&raster);
         let tiles = tiles.tiles().map(|(index, tile)| (index, tile.clone()));
         let state = self.site.state_bytes();
-        self.site = LiveMap::restore(self.params, self.resolution_m, tiles, &state)
-            .map_err(|error| Error::internal(format!("a map's own state: {error:?}")))?;
+        self.site = self.sensing.restored_map(self.resolution_m, tiles, &state)?;
         Ok(Applied { imported: true, ..Applied::default() })
     }
 
@@ -190,7 +191,7 @@ impl MapState {
         let map = match place.frame {
             None => &mut self.site,
             Some(frame) => {
-                let new = empty_map(&self.params, self.resolution_m)?;
+                let new = self.sensing.empty_map(self.resolution_m)?;
                 self.unplaced.entry(frame).or_insert(new)
             }
         };
@@ -262,10 +263,6 @@ impl MapState {
         }
         Applied { session: Some(id), mapped_through, ended: true, ..Applied::default() }
     }
-}
-
-pub(super) fn empty_map(params: &MappingParams, resolution_m: f64) -> Result<LiveMap, Error> {
-    LiveMap::new(*params, resolution_m).map_err(|error| Error::internal(format!("{error:?}")))
 }
 
 /// The map that a session is drawn on.

@@ -25,6 +25,7 @@ pub(super) struct Draft {
     grid: Grid,
     landmarks: Option<Vec<u8>>,
     poses: Vec<NewPoses>,
+    sonar_weights: String,
 }
 
 impl SavedTiles {
@@ -61,6 +62,7 @@ impl SavedTiles {
             grid: state.grid().clone(),
             landmarks: state.decisions.relaxations().landmark_set(),
             poses: poses.collect(),
+            sonar_weights: state.sensing.sonar_weights().to_owned(),
         }
     }
 
@@ -101,8 +103,19 @@ impl Draft {
         origin: &str,
         time_ns: i64,
     ) -> NewSnapshot {
-        let Self { journal_seq, n_scans, bounds_m, state, tiles, grid: _, landmarks, poses } = self;
+        let Self {
+            journal_seq,
+            n_scans,
+            bounds_m,
+            state,
+            tiles,
+            grid: _,
+            landmarks,
+            poses,
+            sonar_weights,
+        } = self;
         NewSnapshot {
+            sonar_weights,
             map: lease.map.clone(),
             lease,
             journal_seq,

@@ -38,6 +38,9 @@ pub(crate) struct MapVersion {
     /// What made it: `tracking` or a job's kind.
     #[schema(example = "tracking")]
     origin: String,
+    /// Names the weights by which sonars were read when it was made; empty if an older program made it.
+    #[schema(example = "8f3a52c01b7e")]
+    sonar_weights: String,
 }
 
 impl From<v1::MapVersion> for MapVersion {
@@ -51,6 +54,7 @@ impl From<v1::MapVersion> for MapVersion {
             bounding_box,
             create_time_ns,
             origin,
+            sonar_weights,
         } = wire;
         Self {
             map,
@@ -61,6 +65,7 @@ impl From<v1::MapVersion> for MapVersion {
             bounding_box: bounding_box.map(BoundingBox::from),
             create_time_ns: Signed64(create_time_ns),
             origin,
+            sonar_weights,
         }
     }
 }

@@ -55,6 +55,12 @@ impl LiveMap {
         Self { params, grid, field, sessions: BTreeMap::new(), n_drawn: 0, marks, network }
     }
 
+    /// The same, with this network to interpret sonars from now on instead of the one that ships.
+    #[must_use]
+    pub fn with_network(self, network: Arc<Network>) -> Self {
+        Self { network, ..self }
+    }
+
     /// Opens a session; one already open under that key starts afresh.
     pub fn open_session(&mut self, key: SessionKey, config: SessionConfig) {
         self.sessions.insert(key, Tracker::new(config));
