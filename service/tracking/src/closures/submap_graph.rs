@@ -10,7 +10,7 @@ use crate::closures::joined::Joined;
 use crate::closures::submap::{Submap, submaps};
 use crate::closures::submap_charts::around;
 use crate::graph::normal_equations::NormalEquations;
-use crate::graph::pose_graph::{Edge, PoseGraphParams, optimise};
+use crate::graph::pose_graph::{Edge, PoseGraphParams, TIGHTENING, cost, optimise};
 use crate::graph::uncertainty::{Link, composed, covariances_from, inverted};
 use crate::landmarks::landmark_nodes::LandmarkNodes;
 use crate::scans::chain::Chain;
@@ -117,21 +117,49 @@ impl SubmapGraph {
         covariances_from(start, &self.poses, &self.links)
     }
 
-    /// Finds the poses anew, of submaps and landmarks.
+    /// Finds the poses anew, of submaps and landmarks: from where they are, and by graduated
+    /// non-convexity ([`TIGHTENING`]). The first gives up all closures of a way that comes back
+    /// elsewhere than was thought, right and wrong; the second bends the way to any. It is taken if it
+    /// is better by more than one closure can say: then at least two want it, and the way allows it.
     pub(crate) fn optimise(&mut self, params: &PoseGraphParams) {
+        let (n_submaps, n_steps) = (self.poses.len(), self.steps.len());
+        let n_firm = n_steps + self.closures.len();
         let mut edges: Vec<Edge> = self.steps.iter().chain(&self.closures).copied().collect();
-        let (n_submaps, n_firm) = (self.poses.len(), edges.len());
         edges.extend(self.landmarks.edges(n_submaps));
-        let mut nodes = [self.poses.as_slice(), &self.landmarks.poses].concat();
-        let mut equations = NormalEquations::new(nodes.len(), &edges);
+        let start = [self.poses.as_slice(), &self.landmarks.poses].concat();
+        let mut equations = NormalEquations::new(start.len(), &edges);
+        let mut nodes = start.clone();
+        let one_says = self.closures.iter().map(|closure| closure.chi2_turn).fold(0.0, f64::max);
+        let mut chi2_turn = self.worst_chi2();
+        let is_doubted = self.closures.iter().any(|closure| closure.chi2_turn < chi2_turn);
         loop {
+            let mut is_tightened = false;
+            for (edge, closure) in edges[n_steps..n_firm].iter_mut().zip(&self.closures) {
+                edge.chi2_turn = closure.chi2_turn.max(chi2_turn);
+                is_tightened |= closure.chi2_turn < edge.chi2_turn;
+            }
             optimise(&mut nodes, &edges, &mut equations, params);
-            if !self.landmarks.tighten(&mut edges[n_firm..]) {
+            is_tightened |= self.landmarks.tighten(&mut edges[n_firm..]);
+            if !is_tightened {
                 break;
+            }
+            chi2_turn /= TIGHTENING;
+        }
+        if is_doubted {
+            let mut near = start;
+            let optimised = optimise(&mut near, &edges, &mut equations, params);
+            if optimised.cost_after < cost(&nodes, &edges) + one_says {
+                nodes = near;
             }
         }
         self.landmarks.poses = nodes.split_off(n_submaps);
         self.poses = nodes;
+    }
+
+    /// The largest square of a closure's residual.
+    fn worst_chi2(&self) -> f64 {
+        let chi2 = |edge: &Edge| edge.chi2(self.poses[edge.from], self.poses[edge.to]);
+        self.closures.iter().map(chi2).fold(0.0, f64::max)
     }
 
     /// Gives up what has the largest residual, if its square is larger than `chi2_max`, and says what it
@@ -222,4 +250,83 @@ fn along(chain: &Chain, (from, to): (usize, usize)) -> Matrix3<f64> {
         let step = chain.poses[next - 1].step_to(chain.poses[next]);
         composed((there, &sum), (step, &chain.covariances[next]))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use super::*;
+
+    const PARAMS: PoseGraphParams = PoseGraphParams { n_iterations_max: 50, fall_min: 1e-9 };
+    const N_ROUND: usize = 20;
+    const SURE: f64 = 1e4;
+
+    fn edge((from, to): SubmapPair, from_to: Pose, information: f64, chi2_turn: f64) -> Edge {
+        Edge { from, to, from_to, information: Matrix3::identity() * information, chi2_turn }
+    }
+
+    /// Twice around a circle of 5 m, as it is.
+    fn truth() -> Vec<Pose> {
+        let at = |index: usize| TAU * index as f64 / N_ROUND as f64;
+        let on = |angle: f64| Pose::new(5.0 * angle.cos(), 5.0 * angle.sin(), angle);
+        (0..2 * N_ROUND).map(|index| on(at(index))).collect()
+    }
+
+    /// The same way, each step of which errs a little to one side.
+    fn way() -> SubmapGraph {
+        let truth = truth();
+        let mut poses = vec![truth[0]];
+        let mut steps = Vec::new();
+        for to in 1..truth.len() {
+            let step = truth[to - 1].step_to(truth[to]) * Pose::new(0.04, 0.0, 0.02);
+            steps.push(edge((to - 1, to), step, 400.0, f64::INFINITY));
+            poses.push(poses[to - 1] * step);
+        }
+        SubmapGraph {
+            submaps: Vec::new(),
+            links: vec![Vec::new(); poses.len()],
+            poses,
+            steps,
+            closures: Vec::new(),
+            landmarks: LandmarkNodes::default(),
+        }
+    }
+
+    fn off_m(graph: &SubmapGraph) -> f64 {
+        let pairs = graph.poses.iter().zip(truth());
+        pairs.map(|(found, truth)| truth.step_to(*found).distance_m()).fold(0.0, f64::max)
+    }
+
+    #[test]
+    fn closures_that_agree_are_believed_though_the_way_says_otherwise() {
+        let mut graph = way();
+        assert!(1.0 < off_m(&graph), "the way errs: {} m", off_m(&graph));
+        let truth = truth();
+        for from in [0, 4, 8] {
+            let to = from + N_ROUND;
+            graph.closures.push(edge((from, to), truth[from].step_to(truth[to]), SURE, 16.0));
+        }
+        let wrong = truth[6].step_to(truth[6 + N_ROUND]) * Pose::new(1.0, 0.0, 0.0);
+        graph.closures.push(edge((6, 6 + N_ROUND), wrong, SURE, 16.0));
+        graph.optimise(&PARAMS);
+        let chi2 = |edge: &Edge| edge.chi2(graph.poses[edge.from], graph.poses[edge.to]);
+        let chi2: Vec<f64> = graph.closures.iter().map(chi2).collect();
+        assert!(chi2[..3].iter().all(|chi2| *chi2 < 16.0), "right ones: {chi2:?}");
+        assert!(1000.0 < chi2[3], "the wrong one: {chi2:?}");
+        assert_eq!(graph.remove_worst(16.0), Some(GivenUp::Closure((6, 6 + N_ROUND))), "given up");
+        assert_eq!(graph.remove_worst(16.0), None, "and no other");
+    }
+
+    #[test]
+    fn one_closure_does_not_bend_a_way_that_is_surer() {
+        let mut graph = way();
+        let before = graph.poses.clone();
+        let back = before[0].step_to(before[N_ROUND]) * Pose::new(4.0, 0.0, 0.0);
+        graph.closures.push(edge((0, N_ROUND), back, SURE, 16.0));
+        graph.optimise(&PARAMS);
+        let moved = graph.poses.iter().zip(&before);
+        let moved_m = moved.map(|(a, b)| a.step_to(*b).distance_m()).fold(0.0, f64::max);
+        assert!(moved_m < 0.1, "bent by {moved_m} m");
+    }
 }

@@ -17,6 +17,13 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::graph::normal_equations::NormalEquations;
 
+/// What [`Edge::chi2_turn`] falls by from one solution to the next, where edges that are far from what
+/// the poses say are to be tightened step by step: of residuals, half. Graduated non-convexity: H. Yang,
+/// P. Antonante, V. Tzoumas, L. Carlone, "Graduated non-convexity for robust spatial perception: from
+/// non-minimal solvers to global outlier rejection", IEEE Robotics and Automation Letters 5 (2020),
+/// section III.B, with the kernel of Geman and `McClure`.
+pub(crate) const TIGHTENING: f64 = 4.0;
+
 /// A constraint between two poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Edge {

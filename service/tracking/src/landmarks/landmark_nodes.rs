@@ -2,22 +2,16 @@
 //!
 //! A landmark has a place and no heading: an edge to it has information about two numbers of three, and
 //! the third stays 0. The edges are robust, because names can be wrong. One that is far from what the
-//! graph says when it is new is tightened step by step, each time by a solution: graduated
-//! non-convexity, H. Yang, P. Antonante, V. Tzoumas, L. Carlone, "Graduated non-convexity for robust
-//! spatial perception: from non-minimal solvers to global outlier rejection", IEEE Robotics and
-//! Automation Letters 5 (2020), section III.B, with the kernel of Geman and `McClure`.
+//! graph says when it is new is tightened step by step, each time by a solution (see [`TIGHTENING`]).
 
 use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{Matrix3, Vector3};
 
-use crate::graph::pose_graph::Edge;
+use crate::graph::pose_graph::{Edge, TIGHTENING};
 use crate::landmarks::landmark_view::LandmarkView;
 
 /// Square of its residual at which an edge is half doubted: three deviations.
 const CHI2_TURN: f64 = 9.0;
-/// What the square at which an edge is half doubted falls by from one solution to the next: of residuals,
-/// half.
-const TIGHTENING: f64 = 4.0;
 /// Edges that are wrong by this share of the worst are given up with it.
 const WRONG_SHARE: f64 = 0.25;
 
