@@ -10,8 +10,9 @@ use crate::log::LoggedScan;
 
 /// The scans of a variant, and where it starts: `whole`, `thin` (every second scan), `first` and
 /// `second` (half), `long` and `short` (odometry's lengths off by 3 %), `turns` (its turns off by 3 %),
-/// `wrong` (5 % of the beams anywhere), `blind` (no odometry), `startN` (a start of that seed), `mountN` (the
-/// laser declared N degrees to the left and 0.2 m ahead of where it sits).
+/// `wrong` (5 % of the beams anywhere), `blind` (no odometry), `startN` (a start of that seed), `from0.1`
+/// (without the first tenth of the time), `mountN` (the laser declared N degrees to the left and 0.2 m
+/// ahead of where it sits).
 pub(crate) fn of(
     log: &[LoggedScan],
     name: &str,
@@ -26,7 +27,10 @@ pub(crate) fn of(
         "turns" => scaled(log, 1.0, 1.03),
         "wrong" => with_wrong_beams(log),
         "blind" => log.iter().map(|scan| LoggedScan { odometry: None, ..scan.clone() }).collect(),
-        _ => log.to_vec(),
+        _ => match name.strip_prefix("from") {
+            Some(share) => since(log, share.parse()?),
+            None => log.to_vec(),
+        },
     };
     let start = match name.strip_prefix("start") {
         Some(seed) => {
@@ -48,9 +52,13 @@ pub(crate) fn mount(name: &str) -> Pose {
 /// Two robots in place of one: a log cut at the share of its scans that `cut0.5` names, the second part
 /// placed where `map_from_robot` has the robot there, 0.3 m and 3 degrees off, in a direction of its own.
 pub(crate) fn cut(log: &[LoggedScan], name: &str) -> Option<usize> {
-    let share: f64 = name.strip_prefix("cut")?.parse().ok()?;
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
-    Some((share.clamp(0.0, 1.0) * log.len() as f64) as usize)
+    Some(share_of(log, name.strip_prefix("cut")?.parse().ok()?))
+}
+
+/// So many scans as are a share of a log.
+#[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share")]
+fn share_of(log: &[LoggedScan], share: f64) -> usize {
+    (share.clamp(0.0, 1.0) * log.len() as f64) as usize
 }
 
 /// How far off the second part is placed, and the deviations that it is told to be placed with, in metres
@@ -65,6 +73,15 @@ pub(crate) fn cut_error(cut: usize) -> Pose {
         CUT_OFF.0 * sin,
         if cut.is_multiple_of(2) { CUT_OFF.1 } else { -CUT_OFF.1 },
     )
+}
+
+/// What comes after a share of the time.
+fn since(log: &[LoggedScan], share: f64) -> Vec<LoggedScan> {
+    let stamp_ns = |scan: Option<&LoggedScan>| scan.map_or(0, |scan| scan.stamp_ns);
+    let (first_ns, last_ns) = (stamp_ns(log.first()), stamp_ns(log.last()));
+    let passed = |scan: &&LoggedScan| (scan.stamp_ns - first_ns) as f64;
+    let from_ns = share * (last_ns - first_ns) as f64;
+    log.iter().filter(|scan| from_ns <= passed(scan)).cloned().collect()
 }
 
 /// With odometry that errs in scale.
