@@ -114,16 +114,15 @@ pub struct Localization {
 }
 
 impl Localization {
-    /// Before the first step, on a map and its surroundings.
+    /// The grid of a map and its surroundings, for [`Localization::on`].
     ///
     /// # Errors
     /// [`InvalidGrid`] if the map is not finite, or too large for any grid, or the parameters ask for
     /// none.
-    pub fn new(
+    pub fn grid_of(
         landmarks: &[Landmark],
-        detector: Detector,
-        params: LocalizationParams,
-    ) -> Result<Self, InvalidGrid> {
+        params: &LocalizationParams,
+    ) -> Result<PoseGrid, InvalidGrid> {
         let along = |axis: usize| {
             let places = landmarks.iter().map(|landmark| landmark.position[axis]);
             let min = places.clone().fold(f64::INFINITY, f64::min);
@@ -136,7 +135,19 @@ impl Localization {
         }
         let ((left, right), (bottom, top)) = (along(0), along(1));
         let area = Area { min: Point2::new(left, bottom), max: Point2::new(right, top) };
-        let grid = PoseGrid::new(area, params.resolution_m, params.n_headings)?;
+        PoseGrid::new(area, params.resolution_m, params.n_headings)
+    }
+
+    /// Before the first step, on a map and its surroundings.
+    ///
+    /// # Errors
+    /// Those of [`Localization::grid_of`].
+    pub fn new(
+        landmarks: &[Landmark],
+        detector: Detector,
+        params: LocalizationParams,
+    ) -> Result<Self, InvalidGrid> {
+        let grid = Self::grid_of(landmarks, &params)?;
         Ok(Self::on(grid, landmarks, detector, params))
     }
 

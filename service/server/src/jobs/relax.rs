@@ -20,6 +20,7 @@ mod grid_landmarks;
 pub(super) mod landmark_travel;
 mod live_poses;
 mod named_sightings;
+pub(super) mod names;
 mod saved;
 mod several;
 mod solver;
@@ -48,14 +49,12 @@ use crate::{clock, error::Error, service::Service};
 use choice::choice;
 use fitted_together::Past;
 use saved::{Method, Saved};
-use way::{Way, WayReader};
+use way::way;
 
 /// Share of the progress that relaxing is; the rest is drawing.
 const SHARE_RELAXED: f64 = 0.8;
 /// How often the job says how far it is between milestones.
 pub(super) const REPORT_EVERY: Duration = Duration::from_secs(1);
-/// Batches of a session read at a time: at most 16 MiB.
-const N_BATCHES_READ: u32 = 16;
 
 /// Relaxes the sessions that were asked for, and draws the map by it.
 pub(super) async fn run(
@@ -131,7 +130,8 @@ impl Relaxing<'_> {
             let record = self.service.session_record(&planned.session.0.to_string()).await?;
             let keeps_scans = planned.method != Method::Landmarks;
             let limit = keeps_scans.then_some(self.service.settings.jobs.scans_bytes_max);
-            let way = self.way(&record, planned.through, limit).await?;
+            let reader = (self.service, self.bench);
+            let way = way(reader, &record, planned.through, limit).await?;
             let way = way.map_err(|problem| cannot_relax(&record, problem))?;
             self.relax_by_landmarks(&record, way, saved, past).await?.into_iter().collect()
         };
@@ -145,17 +145,6 @@ impl Relaxing<'_> {
         let progress = share(saved, 0.0);
         let report = JobReport { progress, checkpoint: Some(&checkpoint), log_line: None };
         self.running.report(report).await
-    }
-
-    /// The way of a session out of the journal; what was too much for it, for people, if its scans are
-    /// more than `limit` bytes. Without a limit they are not kept.
-    async fn way(
-        &self,
-        record: &SessionRecord,
-        through: u64,
-        limit: Option<usize>,
-    ) -> Result<Result<Way, String>, Stopped> {
-        read_way((self.service, self.bench), record, through, limit).await
     }
 
     /// Keeps a milestone and tells its figures.
@@ -193,30 +182,6 @@ impl Relaxing<'_> {
         self.service.actors.wake(&self.job.map);
         Ok(())
     }
-}
-
-/// The way of a session out of the journal, as [`Relaxing::way`] has it.
-async fn read_way(
-    (service, bench): (&Service, &Workbench),
-    record: &SessionRecord,
-    through: u64,
-    limit: Option<usize>,
-) -> Result<Result<Way, String>, Stopped> {
-    let mut reader = WayReader::new(record, limit)?;
-    let mut from_number = 1;
-    loop {
-        let read = service.store.session_batches(record.id, from_number, N_BATCHES_READ);
-        let mut batches = read.await?;
-        batches.retain(|batch| batch.number <= through);
-        let Some(last) = batches.last() else { break };
-        from_number = last.number + 1;
-        let read = bench.slice(move || {
-            reader.read(batches)?;
-            Ok::<_, Error>(reader)
-        });
-        reader = read.await??;
-    }
-    Ok(reader.finish())
 }
 
 fn cannot_relax(record: &SessionRecord, problem: String) -> Stopped {

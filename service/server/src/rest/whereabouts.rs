@@ -120,7 +120,8 @@ impl From<v1::Whereabouts> for Whereabouts {
 ///
 /// By all that its session drove and saw up to a step, among the landmarks of the published version that others
 /// saw (Thrun, Burgard and Fox 1998, section 8). `LANDMARKS_UNKNOWN` if there are none, `NOTHING_SEEN` if
-/// the session has seen none.
+/// the session has seen none, `MAP_TOO_LARGE` if they lie so far apart that more than 50 million poses would
+/// have to be held.
 #[utoipa::path(
     get,
     path = "/v1/sessions/{session}/whereabouts",

@@ -12,7 +12,8 @@ use meetpoint_relaxation::{
 };
 use meetpoint_storage::{SessionId, SessionRecord};
 
-use super::super::relax::landmark_travel::{LandmarkNames, LandmarkTravel, landmark_travel};
+use super::super::relax::landmark_travel::{LandmarkTravel, landmark_travel};
+use super::super::relax::names::LandmarkNames;
 use super::super::running::Stopped;
 use super::parts::Parts;
 use super::{Merging, SHARE_SEARCHED, SHARE_WALLS};

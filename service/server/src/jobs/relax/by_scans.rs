@@ -11,7 +11,7 @@ use super::super::workbench::Next;
 use super::live_poses::{KnownPoses, live_poses, newest_poses};
 use super::saved::Saved;
 use super::several::{self, KnownClosures, Several};
-use super::way::Way;
+use super::way::{Way, way};
 use super::{Found, REPORT_EVERY, Relaxing, SHARE_RELAXED, cannot_relax, share};
 use crate::convert::closure;
 
@@ -89,9 +89,10 @@ impl Relaxing<'_> {
     async fn ways(&self, saved: &Saved) -> Result<Vec<(SessionRecord, Way)>, Stopped> {
         let mut bytes_left = self.service.settings.jobs.scans_bytes_max;
         let mut ways: Vec<(SessionRecord, Way)> = Vec::new();
+        let reader = (self.service, self.bench);
         for planned in saved.together() {
             let record = self.service.session_record(&planned.session.0.to_string()).await?;
-            match self.way(&record, planned.through, Some(bytes_left)).await? {
+            match way(reader, &record, planned.through, Some(bytes_left)).await? {
                 Ok(way) if way.scans.is_empty() => {}
                 Ok(way) => {
                     bytes_left = bytes_left.saturating_sub(way.n_scan_bytes());

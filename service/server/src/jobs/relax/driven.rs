@@ -8,10 +8,11 @@ use meetpoint_tracking::{
 };
 
 use super::course::Course;
-use super::finding::count;
+use super::finding::{count, place};
 use super::fitted_landmarks::fitted_landmarks;
 use super::live_poses::{KnownPoses, LivePose};
-use super::named_sightings::LandmarkNames;
+use super::named_sightings::named_sighting;
+use super::names::LandmarkNames;
 use super::way::{Way, WayScan};
 use crate::convert::pose;
 use crate::convert::relaxation::RelaxedSession;
@@ -83,7 +84,7 @@ impl Driven {
             }
             let Some(scan) = self.scan_near(index) else { break };
             let step = known[scan].1.step_to(self.pose(index, &known));
-            let named = |seen| names.sighting(seen, (scan, step * seen.robot_from_landmark));
+            let named = |seen| named_sighting(names, seen, (scan, step * seen.robot_from_landmark));
             sightings.extend(moment.seen.iter().filter_map(named));
         }
         sightings
@@ -212,11 +213,6 @@ pub(super) fn found(
     };
     let session = record.id;
     (RelaxedSession { session, map_from_session, poses, landmarks: relaxed_landmarks }, told)
-}
-
-/// The session's place in the map.
-fn place(record: &SessionRecord) -> Pose {
-    record.map_from_session.map_or(Pose::IDENTITY, pose::from_record)
 }
 
 #[cfg(test)]

@@ -28,7 +28,7 @@ pub(super) fn finding(
     let moved = course.moments.iter().zip(&bent);
     let moved_m =
         moved.map(|(moment, pose)| (pose.position() - moment.place.odometry.position()).norm());
-    let map_from_session = record.map_from_session.map_or(Pose::IDENTITY, pose::from_record);
+    let map_from_session = place(record);
     let told = v1::RelaxedSession {
         session: record.id.0.to_string(),
         steps: count(stations.travel.steps.len()),
@@ -82,6 +82,11 @@ fn points<'a>(
     landmarks.iter().map(move |landmark| landmark.sightings.iter().filter_map(seen).collect())
 }
 
+/// Where a session lies in the map.
+pub(super) fn place(record: &SessionRecord) -> Pose {
+    record.map_from_session.map_or(Pose::IDENTITY, pose::from_record)
+}
+
 pub(super) fn count(n: usize) -> u32 {
     u32::try_from(n).unwrap_or(u32::MAX)
 }
@@ -93,16 +98,14 @@ fn kept(
     stations: &Stations,
     found: &MappedLandmark,
 ) -> RelaxedLandmark {
-    let name = |names: &[String], number: u32| {
-        usize::try_from(number).ok().and_then(|index| names.get(index)).cloned()
-    };
     let sighting = found
         .sightings
         .first()
         .and_then(|&(step, index)| stations.travel.steps.get(step)?.sightings.get(index));
-    let landmark_type = sighting.and_then(|seen| name(&stations.types, seen.landmark_type));
-    let landmark_type = landmark_type.unwrap_or_default();
-    let identity = sighting.and_then(|seen| name(&stations.identities, seen.identity?));
+    let names = &stations.names;
+    let landmark_type = sighting.and_then(|seen| names.type_name(seen.landmark_type));
+    let landmark_type = landmark_type.unwrap_or_default().to_owned();
+    let identity = sighting.and_then(|seen| names.identity(seen.identity?)).map(str::to_owned);
     let covariance = &found.covariance_m2;
     RelaxedLandmark {
         id: landmark_id((job, record.id), &landmark_type, identity.as_deref(), index),

@@ -10,13 +10,14 @@ use meetpoint_storage::{JobId, SessionRecord};
 
 use super::super::running::Stopped;
 use super::course::Course;
-use super::finding::{count, finding};
-use super::landmark_travel::{LandmarkNames, relaxed_alone};
+use super::finding::{count, finding, place};
+use super::landmark_travel::relaxed_alone;
+use super::names::LandmarkNames;
 use super::saved::{Method, Planned, Saved};
 use super::solver::Reckoning;
 use super::stations::{Stations, stations};
+use super::way::way;
 use super::{Found, Relaxing, SHARE_RELAXED, cannot_relax};
-use crate::convert::pose;
 
 /// A session past landmarks, and what follows from it alone.
 #[derive(Debug)]
@@ -74,7 +75,7 @@ impl Relaxing<'_> {
     /// What a session went past, relaxed again as it was before the service was killed.
     async fn gone_past(&self, planned: &Planned) -> Result<Past, Stopped> {
         let record = self.service.session_record(&planned.session.0.to_string()).await?;
-        let way = self.way(&record, planned.through, None).await?;
+        let way = way((self.service, self.bench), &record, planned.through, None).await?;
         let course = way.map_err(|problem| cannot_relax(&record, problem))?.course;
         let stations = stations(&course, self.params.forget_identities);
         let reckoning = Reckoning::of(planned.method, self.params.estimate_odometry);
@@ -97,7 +98,10 @@ struct Fitted {
 /// Fits the sessions where they lie in the map; `None` if that cannot be solved.
 fn fitted(job: JobId, past: &[Past]) -> Option<Fitted> {
     let mut names = LandmarkNames::default();
-    let travels: Vec<Travel> = past.iter().map(|past| names.renamed(&past.stations)).collect();
+    let travels: Vec<Travel> = past
+        .iter()
+        .map(|past| names.renamed(&past.stations.travel, &past.stations.names))
+        .collect();
     let both = past.iter().zip(&travels);
     let alone: Vec<Outcome> = both.map(|(past, travel)| renamed(&past.outcome, travel)).collect();
     let placed = past.iter().zip(&travels).zip(&alone);
@@ -174,9 +178,4 @@ fn mapped(landmark: &JointLandmark, travel: usize, session_from_map: Pose) -> Ma
         certainty: landmark.certainty,
         sightings: own.map(|&(_, step, within)| (step, within)).collect(),
     }
-}
-
-/// The session's place in the map.
-fn place(record: &SessionRecord) -> Pose {
-    record.map_from_session.map_or(Pose::IDENTITY, pose::from_record)
 }

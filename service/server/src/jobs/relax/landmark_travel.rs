@@ -7,17 +7,12 @@ use meetpoint_storage::SessionRecord;
 
 use super::super::running::{Running, Stopped};
 use super::super::workbench::{Next, Workbench};
+use super::REPORT_EVERY;
+use super::names::LandmarkNames;
 use super::solver::{Piece, Reckoning, relaxed};
-use super::stations::{Stations, stations};
-use super::{REPORT_EVERY, read_way};
+use super::stations::stations;
+use super::way::way;
 use crate::service::Service;
-
-/// What landmarks are called, the same numbers in all sessions.
-#[derive(Debug, Default)]
-pub(in crate::jobs) struct LandmarkNames {
-    types: Vec<String>,
-    identities: Vec<String>,
-}
 
 /// A session's travel past landmarks, and what follows from it alone.
 #[derive(Debug)]
@@ -37,12 +32,13 @@ pub(in crate::jobs) async fn landmark_travel(
     (running, bench): (&Running<'_>, &Workbench),
     [begin, extent]: [f64; 2],
 ) -> Result<Option<LandmarkTravel>, Stopped> {
-    let way = read_way((service, bench), record, record.acked_through, None).await?;
+    let way = way((service, bench), record, record.acked_through, None).await?;
     let Ok(way) = way else { return Ok(None) };
     if !way.course.has_odometry() {
         return Ok(None);
     }
-    let travel = names.renamed(&stations(&way.course, false));
+    let stations = stations(&way.course, false);
+    let travel = names.renamed(&stations.travel, &stations.names);
     let shares = [begin, extent];
     let outcome = relaxed_alone(&travel, Reckoning::Odometry, (running, bench), shares).await?;
     Ok(outcome.map(|outcome| LandmarkTravel { travel, outcome }))
@@ -72,47 +68,4 @@ pub(super) async fn relaxed_alone(
             reported = Instant::now();
         }
     }
-}
-
-impl LandmarkNames {
-    /// The number of a type.
-    pub(super) fn landmark_type(&mut self, name: &str) -> u32 {
-        number(&mut self.types, name)
-    }
-
-    /// The number of a name.
-    pub(super) fn identity(&mut self, name: &str) -> u32 {
-        number(&mut self.identities, name)
-    }
-
-    /// A travel whose types and identities have the numbers that all sessions share.
-    pub(super) fn renamed(&mut self, stations: &Stations) -> Travel {
-        let Stations { travel, places: _, types, identities } = stations;
-        let mut travel = travel.clone();
-        let types = numbers(&mut self.types, types);
-        let identities = numbers(&mut self.identities, identities);
-        let renamed = |numbers: &[u32], number: u32| {
-            let index = usize::try_from(number).ok();
-            index.and_then(|index| numbers.get(index)).copied().unwrap_or(number)
-        };
-        for sighting in travel.steps.iter_mut().flat_map(|step| &mut step.sightings) {
-            sighting.landmark_type = renamed(&types, sighting.landmark_type);
-            sighting.identity = sighting.identity.map(|number| renamed(&identities, number));
-        }
-        travel
-    }
-}
-
-/// The numbers of these names among all, to which new ones are added.
-fn numbers(all: &mut Vec<String>, names: &[String]) -> Vec<u32> {
-    names.iter().map(|name| number(all, name)).collect()
-}
-
-fn number(all: &mut Vec<String>, name: &str) -> u32 {
-    let known = all.iter().position(|known| known == name);
-    let index = known.unwrap_or_else(|| {
-        all.push(name.to_owned());
-        all.len() - 1
-    });
-    u32::try_from(index).unwrap_or(u32::MAX)
 }

@@ -15,7 +15,7 @@ use super::Found;
 use super::driven::{self, Driven};
 use super::finding::count;
 use super::live_poses::KnownPoses;
-use super::named_sightings::LandmarkNames;
+use super::names::LandmarkNames;
 use super::way::Way;
 use crate::convert::closure;
 use crate::error::Error;

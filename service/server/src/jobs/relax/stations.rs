@@ -2,12 +2,11 @@
 //! of Thrun, Burgard and Fox, Machine Learning 31 (1998): one for what was seen at about the same
 //! time, and one after a long way on which nothing was.
 
-use std::collections::BTreeMap;
-
 use meetpoint_geometry::Pose;
 use meetpoint_relaxation::{Detector, Motion, Sighting, Step, Travel};
 
 use super::course::{Course, Moment, Place, Seen};
+use super::names::LandmarkNames;
 
 /// What is seen within so many nanoseconds of the first sighting is seen at one station: a fifth of a
 /// second, in which an indoor robot moves by 0.2 m, which odometry knows to millimetres.
@@ -27,34 +26,15 @@ pub(super) struct Stations {
     pub(super) travel: Travel,
     /// Where the stations lie, by odometry: one a step.
     pub(super) places: Vec<Place>,
-    /// What landmark types are called.
-    pub(super) types: Vec<String>,
-    /// What landmarks are called, if that is to be believed.
-    pub(super) identities: Vec<String>,
-}
-
-/// A name's place in the order of first mention.
-#[derive(Default)]
-struct Names {
-    numbers: BTreeMap<String, u32>,
-    names: Vec<String>,
-}
-
-impl Names {
-    fn number(&mut self, name: &str) -> u32 {
-        let next = u32::try_from(self.names.len()).unwrap_or(u32::MAX);
-        *self.numbers.entry(name.to_owned()).or_insert_with(|| {
-            self.names.push(name.to_owned());
-            next
-        })
-    }
+    /// What its types are called, and its landmarks, if that is to be believed.
+    pub(super) names: LandmarkNames,
 }
 
 /// The stations of a course: the first is its start.
 pub(super) fn stations(course: &Course, forgets_identities: bool) -> Stations {
     let start = Place { n_before: 0, odometry: Pose::IDENTITY, travelled_m: 0.0 };
     let (mut places, mut steps) = (vec![start], vec![standing()]);
-    let (mut types, mut identities) = (Names::default(), Names::default());
+    let mut names = LandmarkNames::default();
     let seen =
         course.moments.iter().flat_map(|moment| moment.seen.iter().map(move |seen| (moment, seen)));
     let mut station_ns = None;
@@ -66,8 +46,8 @@ pub(super) fn stations(course: &Course, forgets_identities: bool) -> Stations {
         }
         let station = places[places.len() - 1];
         let identity = seen.identity.as_deref().filter(|_| !forgets_identities);
-        let identity = identity.map(|name| identities.number(name));
-        let landmark_type = types.number(&seen.landmark_type);
+        let identity = identity.map(|identity| names.landmark(&seen.landmark_type, identity));
+        let landmark_type = names.landmark_type(&seen.landmark_type);
         let sighting = sighting(station, (moment, seen), identity, landmark_type);
         if let Some(step) = steps.last_mut() {
             step.sightings.push(sighting);
@@ -78,7 +58,7 @@ pub(super) fn stations(course: &Course, forgets_identities: bool) -> Stations {
         half_field_of_view_rad: course.half_field_of_view_rad,
     };
     let travel = Travel { detector, steps };
-    Stations { travel, places, types: types.names, identities: identities.names }
+    Stations { travel, places, names }
 }
 
 fn standing() -> Step {
@@ -207,8 +187,9 @@ mod tests {
         let counts: Vec<usize> =
             found.travel.steps.iter().map(|step| step.sightings.len()).collect();
         assert_eq!(counts, [1, 0, 0, 2, 1], "the start is a station as well");
-        assert_eq!(found.identities, ["door 0", "door 440", "door 480"], "in order");
-        assert_eq!(found.types, [""], "all of one type");
+        let identities = [0, 1, 2].map(|number| found.names.identity(number));
+        assert_eq!(identities, ["door 0", "door 440", "door 480"].map(Some), "in order");
+        assert_eq!([0, 1].map(|it| found.names.type_name(it)), [Some(""), None], "one type");
         let reckoned = found.travel.dead_reckoning(&Calibration::NONE);
         for (pose, place) in reckoned.iter().zip(&found.places) {
             let off = pose.step_to(place.odometry);
@@ -225,6 +206,6 @@ mod tests {
         let found = stations(&course(&[5, 9]), true);
         let mut sightings = found.travel.steps.iter().flat_map(|step| &step.sightings);
         assert!(sightings.all(|sighting| sighting.identity.is_none()), "none is told");
-        assert!(found.identities.is_empty(), "nor named");
+        assert_eq!(found.names.identity(0), None, "nor named");
     }
 }

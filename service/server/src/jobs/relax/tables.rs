@@ -5,14 +5,13 @@ use std::ops::ControlFlow;
 
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{Belief, PoseGrid};
-use meetpoint_storage::{JobRecord, SessionId, SessionRecord};
+use meetpoint_storage::{JobRecord, SessionId};
 
-use super::N_BATCHES_READ;
 use super::grid_landmarks::with_grid_landmarks;
 use super::saved::{Method, Saved};
 use super::solver;
 use super::stations::stations;
-use super::way::{Way, WayReader};
+use super::way::way_now;
 use crate::convert::job;
 use crate::convert::table_picture::Table;
 use crate::{error::Error, service::Service};
@@ -72,30 +71,6 @@ pub(crate) async fn table(
         Some(over_places(&belief, em.grid()))
     });
     drawn.await.map_err(Error::internal)
-}
-
-/// The way of a session out of the journal, for who waits for an answer: as a job would read it.
-pub(super) async fn way_now(
-    service: &Service,
-    session: &SessionRecord,
-    through: u64,
-    limit: Option<usize>,
-) -> Result<Result<Way, String>, Error> {
-    let mut reader = WayReader::new(session, limit)?;
-    let mut from_number = 1;
-    loop {
-        let read = service.store.session_batches(session.id, from_number, N_BATCHES_READ);
-        let mut batches = read.await?;
-        batches.retain(|batch| batch.number <= through);
-        let Some(last) = batches.last() else { break };
-        from_number = last.number + 1;
-        let read = tokio::task::spawn_blocking(move || {
-            reader.read(batches)?;
-            Ok::<_, Error>(reader)
-        });
-        reader = read.await.map_err(Error::internal)??;
-    }
-    Ok(reader.finish())
 }
 
 fn over_places(belief: &Belief, grid: &PoseGrid) -> Table {

@@ -3,14 +3,16 @@
 use std::sync::Arc;
 
 use meetpoint_proto::v1;
-use meetpoint_storage::{BatchPayload, SessionRecord};
+use meetpoint_storage::{BatchPayload, SessionId, SessionRecord};
 use meetpoint_tracking::{SensorKind, TravelLaser};
 use prost::Message;
 use v1::observation::Kind;
 
+use super::super::running::Stopped;
+use super::super::workbench::Workbench;
 use super::course::{Course, CourseReader};
 use crate::convert::{sensor, session};
-use crate::error::Error;
+use crate::{error::Error, service::Service};
 
 /// A session's way.
 #[derive(Debug)]
@@ -32,8 +34,16 @@ pub(super) struct WayScan {
     pub(super) ranges_m: Arc<[f32]>,
 }
 
+/// Batches of a session read at a time: at most 16 MiB.
+const N_BATCHES_READ: u32 = 16;
+
 /// Reads a session's batches, one after the other.
-pub(super) struct WayReader {
+struct WayReader {
+    session: SessionId,
+    /// Batches up to this one are read...
+    through: u64,
+    /// ...from this one on.
+    next: u64,
     course: CourseReader,
     /// Names of the lasers, in their order.
     names: Vec<String>,
@@ -52,14 +62,41 @@ impl Way {
     }
 }
 
+/// The way of a session out of the journal up to a batch, while the service has time; what was too much
+/// for it, for people, if its scans take more than `scans_bytes_max`. Without a limit they are not kept.
+pub(super) async fn way(
+    (service, bench): (&Service, &Workbench),
+    record: &SessionRecord,
+    through: u64,
+    scans_bytes_max: Option<usize>,
+) -> Result<Result<Way, String>, Stopped> {
+    let mut reader = WayReader::new(record, through, scans_bytes_max)?;
+    while let Some(batches) = reader.next(service).await? {
+        reader = bench.slice(move || reader.read(batches)).await??;
+    }
+    Ok(reader.finish())
+}
+
+/// The same at once, for somebody who waits.
+pub(super) async fn way_now(
+    service: &Service,
+    record: &SessionRecord,
+    through: u64,
+    scans_bytes_max: Option<usize>,
+) -> Result<Result<Way, String>, Error> {
+    let mut reader = WayReader::new(record, through, scans_bytes_max)?;
+    while let Some(batches) = reader.next(service).await? {
+        let read = tokio::task::spawn_blocking(move || reader.read(batches));
+        reader = read.await.map_err(Error::internal)??;
+    }
+    Ok(reader.finish())
+}
+
 impl WayReader {
-    /// Begins to read a session; `scans_bytes_max` is how much its scans may take in memory, `None` if
-    /// they are not wanted.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] for a session that could not have been opened.
-    pub(super) fn new(
+    /// Begins to read a session; [`Error::Internal`] if it could not have been opened.
+    fn new(
         record: &SessionRecord,
+        through: u64,
         scans_bytes_max: Option<usize>,
     ) -> Result<Self, Error> {
         let declared = session::declaration(&record.declaration)?.sensors;
@@ -72,14 +109,31 @@ impl WayReader {
                 .push(TravelLaser { robot_from_sensor: sensor.sensor.robot_from_sensor, geometry });
         }
         let scans = Vec::new();
-        Ok(Self { course, names, lasers, scans, bytes_left: scans_bytes_max, problem: None })
+        Ok(Self {
+            session: record.id,
+            through,
+            next: 1,
+            course,
+            names,
+            lasers,
+            scans,
+            bytes_left: scans_bytes_max,
+            problem: None,
+        })
     }
 
-    /// Reads batches, as far as they are not rejected.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] for bytes that are no batch.
-    pub(super) fn read(&mut self, batches: Vec<BatchPayload>) -> Result<(), Error> {
+    /// The next batches; `None` after the last.
+    async fn next(&mut self, service: &Service) -> Result<Option<Vec<BatchPayload>>, Error> {
+        let read = service.store.session_batches(self.session, self.next, N_BATCHES_READ);
+        let mut batches = read.await?;
+        batches.retain(|batch| batch.number <= self.through);
+        let Some(last) = batches.last() else { return Ok(None) };
+        self.next = last.number + 1;
+        Ok(Some(batches))
+    }
+
+    /// Reads batches, as far as they are not rejected; [`Error::Internal`] for bytes that are no batch.
+    fn read(mut self, batches: Vec<BatchPayload>) -> Result<Self, Error> {
         for BatchPayload { number: _, payload, rejected } in batches {
             let batch = v1::Batch::decode(payload.as_slice()).map_err(Error::internal)?;
             for (index, mut observation) in (0_u32..).zip(batch.observations) {
@@ -89,7 +143,7 @@ impl WayReader {
                 }
             }
         }
-        Ok(())
+        Ok(self)
     }
 
     /// Takes the ranges out of a scan that is wanted.
@@ -117,11 +171,8 @@ impl WayReader {
         self.scans.push(WayScan { moment: self.course.n_moments(), laser, ranges_m });
     }
 
-    /// The whole way.
-    ///
-    /// # Errors
-    /// What was too much, for people.
-    pub(super) fn finish(self) -> Result<Way, String> {
+    /// The whole way, or what was too much, for people.
+    fn finish(self) -> Result<Way, String> {
         let Self { course, lasers, scans, problem, .. } = self;
         match problem {
             Some(problem) => Err(problem),

@@ -4,19 +4,26 @@
 use meetpoint_geometry::Point2;
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{
-    Landmark, LandmarkKind, Localization, LocalizationParams, Peak, Travel, Whereabouts,
+    Landmark, LandmarkKind, Localization, LocalizationParams, Peak, PoseGrid, Step, Whereabouts,
 };
 use meetpoint_storage::SessionRecord;
 
-use super::landmark_travel::LandmarkNames;
+use super::finding::count;
+use super::names::LandmarkNames;
 use super::stations::stations;
-use super::tables::{n_columns, way_now};
+use super::tables::n_columns;
+use super::way::way_now;
 use crate::convert::pose;
 use crate::convert::table_picture::{self, Table};
 use crate::{error::Error, service::Service};
 
-/// Steps that are gone through for one answer, at most: seconds of work. A robot is found within some ten.
+/// Steps that are gone through for one answer, at most. A robot is found within some ten.
 const N_STEPS_MAX: usize = 1000;
+/// Poses that all steps together weigh, at most: each a multiplication and a look-up for everything that
+/// is seen, ten seconds or so in all.
+const N_WEIGHED_MAX: usize = 1_000_000_000;
+/// Poses, and places where landmarks may be, that an answer holds in memory at most: 4 to 12 bytes each.
+const N_CELLS_MAX: usize = 50_000_000;
 
 /// Landmarks of a version that a robot is looked for among.
 pub(crate) struct KnownLandmarks {
@@ -44,7 +51,8 @@ pub(crate) async fn whereabouts(
         return Err(nothing_seen());
     }
     let mut names = LandmarkNames::default();
-    let travel = names.renamed(&stations(&course, false));
+    let stations = stations(&course, false);
+    let travel = names.renamed(&stations.travel, &stations.names);
     if travel.n_sightings() == 0 {
         return Err(nothing_seen());
     }
@@ -57,7 +65,10 @@ pub(crate) async fn whereabouts(
         let KnownLandmarks { map, version: number, .. } = known;
         return Err(Error::LandmarksUnknown { map, number });
     }
-    let step = asked(step, travel.steps.len())?;
+    let params = LocalizationParams::of_detector(&travel.detector);
+    let grid = grid(&landmarks, &params)?;
+    let n_steps_max = (N_WEIGHED_MAX / grid.n_cells().max(1)).clamp(1, N_STEPS_MAX);
+    let step = asked(step, travel.steps.len(), n_steps_max)?;
     let told = v1::Whereabouts {
         session,
         map: known.map,
@@ -68,7 +79,10 @@ pub(crate) async fn whereabouts(
         sightings: count(travel.steps[..=step].iter().map(|step| step.sightings.len()).sum()),
         ..v1::Whereabouts::default()
     };
-    let found = tokio::task::spawn_blocking(move || found(&travel, &landmarks, step, picture));
+    let found = tokio::task::spawn_blocking(move || {
+        let localization = Localization::on(grid, &landmarks, travel.detector, params);
+        found(localization, &travel.steps[..=step], picture)
+    });
     let (found, png) = found.await.map_err(Error::internal)??;
     let Whereabouts { peaks, elsewhere, entropy, log_evidence: _ } = found;
     let peaks = peaks.into_iter().map(|Peak { pose, probability, around }| v1::Peak {
@@ -81,15 +95,28 @@ pub(crate) async fn whereabouts(
     Ok(v1::GetWhereaboutsResponse { whereabouts: Some(whereabouts), png })
 }
 
+/// The poses where the robot may be, unless there are more than may be worked on.
+fn grid(landmarks: &[Landmark], params: &LocalizationParams) -> Result<PoseGrid, Error> {
+    let limit_cells = N_CELLS_MAX as u64;
+    // Landmarks that lie too far apart for any grid are too far apart for this one.
+    let grid = Localization::grid_of(landmarks, params)
+        .map_err(|_| Error::MapTooLarge { n_cells: u64::MAX, limit_cells })?;
+    let n_cells = grid.n_cells() + grid.n_nodes() * landmarks.len();
+    if N_CELLS_MAX < n_cells {
+        return Err(Error::MapTooLarge { n_cells: n_cells as u64, limit_cells });
+    }
+    Ok(grid)
+}
+
 /// Which step is meant.
-fn asked(step: Option<u32>, n_steps: usize) -> Result<usize, Error> {
+fn asked(step: Option<u32>, n_steps: usize, n_steps_max: usize) -> Result<usize, Error> {
     let last = n_steps.saturating_sub(1);
     let step = step.map_or(last, |step| usize::try_from(step).unwrap_or(usize::MAX));
     if last < step {
         return Err(Error::field("step", format!("{step}, the last one is {last}")));
     }
-    if N_STEPS_MAX <= step {
-        let problem = format!("{step}, at most {} can be asked for", N_STEPS_MAX - 1);
+    if n_steps_max <= step {
+        let problem = format!("{step}, at most {} can be asked for here", n_steps_max - 1);
         return Err(Error::field("step", problem));
     }
     Ok(step)
@@ -104,26 +131,20 @@ fn known_landmark(landmark: &v1::Landmark, names: &mut LandmarkNames) -> Option<
         position: Point2::new(x_m, y_m),
         covariance_m2: [[xx_m2, xy_m2], [xy_m2, yy_m2]].into(),
         kind: match of_name {
-            Some(name) => LandmarkKind::Identity(names.identity(name)),
+            Some(name) => LandmarkKind::Identity(names.landmark(of_type, name)),
             None => LandmarkKind::Type(names.landmark_type(of_type)),
         },
         certainty: landmark.confidence.clamp(0.0, 1.0),
     })
 }
 
-/// Goes through the steps up to one.
+/// Goes through some steps.
 fn found(
-    travel: &Travel,
-    landmarks: &[Landmark],
-    step: usize,
+    mut localization: Localization,
+    steps: &[Step],
     picture: bool,
 ) -> Result<(Whereabouts, Vec<u8>), Error> {
-    let params = LocalizationParams::of_detector(&travel.detector);
-    let localization = Localization::new(landmarks, travel.detector, params);
-    let mut localization = localization.map_err(|_| {
-        Error::field("session", "the map's landmarks lie too far apart for any grid")
-    })?;
-    for step in &travel.steps[..=step] {
+    for step in steps {
         localization.advance(step);
     }
     let png = if picture {
@@ -135,6 +156,40 @@ fn found(
     Ok((localization.whereabouts(), png))
 }
 
-fn count(n: usize) -> u32 {
-    u32::try_from(n).unwrap_or(u32::MAX)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn landmark(x_m: f64, y_m: f64) -> Landmark {
+        Landmark {
+            position: Point2::new(x_m, y_m),
+            covariance_m2: [[0.01, 0.0], [0.0, 0.01]].into(),
+            kind: LandmarkKind::Type(0),
+            certainty: 1.0,
+        }
+    }
+
+    #[test]
+    fn what_would_fill_the_memory_is_refused() {
+        let hall = [landmark(0.0, 0.0), landmark(100.0, 60.0)];
+        let params = LocalizationParams::CAMERA;
+        let of_hall = grid(&hall, &params).expect("a hall");
+        assert!(of_hall.n_cells() < N_CELLS_MAX, "{}", of_hall.n_cells());
+        for far_m in [1e3, 1e6, f64::INFINITY] {
+            let refused = grid(&[landmark(0.0, 0.0), landmark(far_m, far_m)], &params);
+            assert!(matches!(refused, Err(Error::MapTooLarge { .. })), "{far_m} m: {refused:?}");
+        }
+        let many = vec![landmark(50.0, 30.0); N_CELLS_MAX / of_hall.n_nodes()];
+        let refused = grid(&[hall.to_vec(), many].concat(), &params);
+        assert!(matches!(refused, Err(Error::MapTooLarge { .. })), "many landmarks: {refused:?}");
+    }
+
+    #[test]
+    fn steps_that_there_are_and_that_can_be_afforded() {
+        assert_eq!(asked(None, 20, 1000).ok(), Some(19), "the last");
+        assert_eq!(asked(Some(3), 20, 1000).ok(), Some(3), "this one");
+        assert!(asked(Some(20), 20, 1000).is_err(), "there is none");
+        assert!(asked(None, 20, 10).is_err(), "too many for one answer");
+        assert_eq!(asked(Some(9), 20, 10).ok(), Some(9), "so many are gone through");
+    }
 }
