@@ -5,6 +5,7 @@ mod approach;
 mod cost;
 mod differences;
 mod exits;
+mod exploration;
 mod export;
 mod final_goal;
 mod footprint;
@@ -38,6 +39,9 @@ mod weights;
 
 pub use along::{Stretch, stretches};
 pub use cost::{Cost, DIAGONAL, STRAIGHT, UNREACHABLE, WEIGHT_ONE, length_cells};
+pub use exploration::{
+    Errand, Exploration, ExplorationParams, Explored, Frontier, Known, Way, exploration_rectangle,
+};
 pub use export::{GateView, NodeView};
 pub use final_goal::FinalGoalPlan;
 pub use footprint::enterable;

@@ -2,6 +2,8 @@
 
 mod consistency;
 mod exact;
+mod exploration;
+mod exploration_values;
 mod floors;
 mod footprint;
 mod inside;
