@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 15] = [
+const FILES: [&str; 16] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -14,6 +14,7 @@ const FILES: [&str; 15] = [
     "meetpoint/v1/graph.proto",
     "meetpoint/v1/cost.proto",
     "meetpoint/v1/plan.proto",
+    "meetpoint/v1/exploration.proto",
     "meetpoint/v1/landmark.proto",
     "meetpoint/v1/closure.proto",
     "meetpoint/v1/merge.proto",

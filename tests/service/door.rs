@@ -75,6 +75,9 @@ pub(crate) trait Door {
         &self,
         request: v1::GetReachableAreaRequest,
     ) -> Answer<v1::GetReachableAreaResponse>;
+    async fn exploration(&self, request: v1::GetExplorationRequest) -> Answer<v1::Exploration>;
+    /// The values as the bytes of a PNG.
+    async fn exploration_picture(&self, request: v1::GetExplorationRequest) -> Answer<Vec<u8>>;
     /// The file of a profile's tables.
     async fn tables(&self, map: &str, profile: &str) -> Answer<Vec<u8>>;
     /// What is in force, and the revision.

@@ -253,7 +253,7 @@ pub(crate) fn mark(number: u64, label: &str) -> v1::Batch {
 }
 
 /// The simulated laser as a session declares it.
-fn laser(laser: &Laser) -> v1::Sensor {
+pub(crate) fn laser(laser: &Laser) -> v1::Sensor {
     let geometry = v1::LaserGeometry {
         angle_min_rad: laser.angle_min_rad,
         angle_increment_rad: laser.angle_increment_rad,

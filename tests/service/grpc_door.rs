@@ -6,6 +6,7 @@ use tonic::transport::Channel;
 use tonic_types::StatusExt;
 use v1::closure_service_client::ClosureServiceClient;
 use v1::cost_service_client::CostServiceClient;
+use v1::exploration_service_client::ExplorationServiceClient;
 use v1::graph_service_client::GraphServiceClient;
 use v1::grid_service_client::GridServiceClient;
 use v1::import_map_request::Kind as Part;
@@ -42,6 +43,7 @@ pub(crate) struct GrpcDoor {
     merges: MergeServiceClient<Channel>,
     pub(crate) plans: PlanServiceClient<Channel>,
     pub(crate) costs: CostServiceClient<Channel>,
+    explorations: ExplorationServiceClient<Channel>,
 }
 
 impl GrpcDoor {
@@ -60,7 +62,8 @@ impl GrpcDoor {
             closures: ClosureServiceClient::new(channel.clone()),
             merges: MergeServiceClient::new(channel.clone()),
             plans: PlanServiceClient::new(channel.clone()),
-            costs: CostServiceClient::new(channel),
+            costs: CostServiceClient::new(channel.clone()),
+            explorations: ExplorationServiceClient::new(channel),
         }
     }
 }
@@ -165,6 +168,16 @@ impl Door for GrpcDoor {
 
     async fn motion(&self, request: v1::NextMotionRequest) -> Answer<v1::NextMotionResponse> {
         Ok(self.plans.clone().next_motion(request).await?.into_inner())
+    }
+
+    async fn exploration(&self, request: v1::GetExplorationRequest) -> Answer<v1::Exploration> {
+        let reply = self.explorations.clone().get_exploration(request).await?.into_inner();
+        assert!(reply.png.is_empty(), "nobody asked for it");
+        Ok(filled(reply.exploration))
+    }
+
+    async fn exploration_picture(&self, request: v1::GetExplorationRequest) -> Answer<Vec<u8>> {
+        Ok(self.explorations.clone().get_exploration(request).await?.into_inner().png)
     }
 
     async fn nearest(

@@ -6,6 +6,7 @@
 mod closure_json;
 mod door;
 mod drive;
+mod exploration_json;
 mod four_rooms;
 mod from_json;
 mod graph_json;
@@ -24,6 +25,7 @@ mod to_json;
 mod contract;
 mod costs;
 mod crash;
+mod exploring;
 mod graphs;
 mod grid_landmarks;
 mod growing;

@@ -8,6 +8,7 @@ use v1::ingest_batch_request::Kind as Upload;
 
 use crate::closure_json;
 use crate::door::{Answer, Door, Page, Refused, Rows};
+use crate::exploration_json;
 use crate::from_json;
 use crate::graph_json;
 use crate::http::{Http, Reply};
@@ -176,6 +177,18 @@ impl Door for RestDoor {
         let query = format!("{ends}{}", plan_json::asked(robot.as_ref(), map_version));
         let body = self.get(&format!("/v1/maps/{map}/next-motion?{query}"))?;
         Ok(plan_json::motion(&body))
+    }
+
+    async fn exploration(&self, request: v1::GetExplorationRequest) -> Answer<v1::Exploration> {
+        let query = exploration_json::query(&request);
+        let body = self.get(&format!("/v1/maps/{}/exploration?{query}", request.map))?;
+        Ok(exploration_json::exploration(&body))
+    }
+
+    async fn exploration_picture(&self, request: v1::GetExplorationRequest) -> Answer<Vec<u8>> {
+        let query = exploration_json::query(&request);
+        let path = format!("/v1/maps/{}/exploration?format=png&{query}", request.map);
+        answered_bytes(self.0.get(&path))
     }
 
     async fn nearest(

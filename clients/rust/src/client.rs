@@ -1,6 +1,7 @@
 //! Single questions to the service, over one connection that heals itself.
 
 mod closures;
+mod exploration;
 mod jobs;
 mod merges;
 mod plans;

@@ -2,6 +2,7 @@
 
 pub mod bench;
 pub mod closures;
+pub mod explore;
 pub mod graph;
 pub mod import;
 pub mod map;

@@ -5,6 +5,7 @@
 
 pub(crate) mod closure;
 pub(crate) mod cost;
+pub(crate) mod exploration;
 pub(crate) mod geojson;
 pub(crate) mod graph;
 pub(crate) mod grid;
@@ -25,4 +26,5 @@ pub(crate) mod slug;
 pub(crate) mod table_picture;
 pub(crate) mod trajectory;
 pub(crate) mod tum;
+pub(crate) mod value_picture;
 pub(crate) mod way_picture;

@@ -3,6 +3,7 @@
 mod accuracy;
 mod delivery;
 mod drives;
+mod exploring;
 mod newcomer;
 
 use std::convert::Infallible;
@@ -48,8 +49,8 @@ pub struct DemoArgs {
     port: Option<u16>,
 }
 
-/// Starts the service, drives two robots through an office and a third one that has to be found there, and
-/// shows what came of it.
+/// Starts the service, drives two robots through an office and a third one that has to be found there, has
+/// another explore a building by itself, and shows what came of it.
 ///
 /// # Errors
 /// If the service cannot start or something on the way failed; the message says what.
@@ -111,6 +112,7 @@ async fn show(url: &str, data: &Path, seed: u64) -> anyhow::Result<()> {
     println!("ever came. As a picture: {}", picture.display());
 
     tell_accuracy(&client, &drives, &sessions).await?;
+    exploring::explored(&client, data, seed).await?;
     tell_addresses(url, &sessions);
     Ok(())
 }
@@ -198,6 +200,7 @@ fn tell_addresses(url: &str, sessions: &[v1::Session]) {
         (format!("/v1/maps/{MAP}/grid?format=png"), "its picture; pgm, yaml and npy too"),
         (format!("/v1/maps/{MAP}/versions"), "how it grew"),
         (format!("/v1/sessions?map={MAP}"), "who drew it"),
+        ("/v1/maps/rooms/grid?format=png".to_owned(), "what the explorer drew"),
         ("/metrics".to_owned(), "how the service fares"),
     ];
     let n_longest = addresses.iter().map(|(path, _)| path.len()).max().unwrap_or(0);

@@ -2,6 +2,7 @@
 
 mod closures;
 mod costs;
+mod exploration;
 mod graphs;
 mod grids;
 mod imports;
@@ -21,6 +22,7 @@ use tonic::codec::CompressionEncoding::{Gzip, Zstd};
 use tonic::service::Routes;
 use v1::closure_service_server::ClosureServiceServer;
 use v1::cost_service_server::CostServiceServer;
+use v1::exploration_service_server::ExplorationServiceServer;
 use v1::graph_service_server::GraphServiceServer;
 use v1::grid_service_server::GridServiceServer;
 use v1::job_service_server::JobServiceServer;
@@ -66,6 +68,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<JobServiceServer<Service>>().await;
     health.set_serving::<PlanServiceServer<Service>>().await;
     health.set_serving::<CostServiceServer<Service>>().await;
+    health.set_serving::<ExplorationServiceServer<Service>>().await;
     let reflection = || {
         tonic_reflection::server::Builder::configure()
             .register_encoded_file_descriptor_set(FILE_DESCRIPTOR_SET)
@@ -84,6 +87,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(MergeServiceServer, service))
         .add_service(carried!(JobServiceServer, service))
         .add_service(carried!(PlanServiceServer, service))
+        .add_service(carried!(ExplorationServiceServer, service))
         .add_service(carried!(CostServiceServer, service));
     let limit_bytes = service.settings.limits.request_bytes_max;
     let named = axum::middleware::map_response(move |response| async move {

@@ -27,6 +27,8 @@ enum Command {
     Graph(commands::graph::GraphArgs),
     /// Find a path on a map, or draw it
     Plan(commands::plan::PlanArgs),
+    /// Show where robots are to go to see what nobody has seen
+    Explore(commands::explore::ExploreArgs),
     /// Save a session's trajectory
     Trajectory(commands::trajectory::TrajectoryArgs),
     /// Make new weights for the network that reads sonar
@@ -72,6 +74,7 @@ async fn main() -> ExitCode {
         Command::Map(args) => commands::map::run(args).await,
         Command::Graph(args) => commands::graph::run(args).await,
         Command::Plan(args) => commands::plan::run(args).await,
+        Command::Explore(args) => commands::explore::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Train(args) => commands::train::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,

@@ -2,6 +2,7 @@
 
 mod closures;
 pub(crate) mod costs;
+mod exploration;
 pub(crate) mod graphs;
 pub(crate) mod grids;
 pub(crate) mod imports;

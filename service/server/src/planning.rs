@@ -4,6 +4,7 @@ mod advice;
 mod alternatives;
 mod costs;
 mod ends;
+mod explorations;
 mod field;
 mod fields;
 mod ground;
@@ -23,6 +24,7 @@ use crate::settings::PlanningSettings;
 pub(crate) use advice::{no_route, nowhere};
 pub(crate) use costs::{Cost, CostKind, CostOrigin, Costs, Decision, Removal};
 pub(crate) use ends::{Located, Nowhere, locate};
+pub(crate) use explorations::{Explorations, KeptExploration};
 pub(crate) use field::Field;
 pub(crate) use fields::Fields;
 pub(crate) use motion::{Motion, next_motion};
@@ -38,6 +40,7 @@ pub(crate) use trips::{plan_as_paper, plan_by_triplets};
 pub(crate) struct Planner {
     pub(crate) standings: Standings,
     pub(crate) fields: Fields,
+    pub(crate) explorations: Explorations,
     /// One permit for each query that computes for long.
     pub(crate) searching: Semaphore,
 }
@@ -48,6 +51,7 @@ impl Planner {
         Self {
             standings: Standings::default(),
             fields: Fields::new(settings),
+            explorations: Explorations::default(),
             searching: Semaphore::new(n_processors),
         }
     }

@@ -7,6 +7,7 @@ mod closures;
 mod costs;
 mod entity_tag;
 mod events;
+mod exploration;
 mod geometry;
 mod graphs;
 mod grids;
@@ -64,6 +65,7 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use crate::service::Service;
+pub(crate) use exploration::{Exploration, code_name as exploration_code_name};
 pub(crate) use graphs::Graph;
 pub(crate) use imports::MapImport;
 pub(crate) use planned_path::PathReply;
@@ -144,6 +146,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(plans::next_motion))
         .routes(routes!(reach::nearest_free))
         .routes(routes!(reach::reachable))
+        .routes(routes!(exploration::get_exploration).layer(drawing.clone()))
         .routes(routes!(plan_tables::plan_tables))
         .routes(routes!(costs::list_costs, costs::create_cost))
         .routes(routes!(costs::delete_cost))

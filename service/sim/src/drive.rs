@@ -10,7 +10,7 @@ use rand_chacha::ChaCha8Rng;
 use crate::building::Building;
 use crate::laser::Laser;
 use crate::odometry::{Odometer, OdometryError};
-use crate::route::route;
+use crate::route::{filled, route};
 
 /// The point steered for lies this far ahead on the path, in metres: corners are cut by less than
 /// [`CLEARANCE_SPARE_M`].
@@ -25,6 +25,15 @@ const OFF_COURSE_MAX_RAD: f64 = 0.6;
 const ARRIVED_M: f64 = 0.1;
 /// A drive that takes this many times what its length needs is given up: a guard, not a tuning.
 const DURATION_FACTOR_MAX: f64 = 20.0;
+/// Ticks that the shortest way is given: time to turn around first.
+const N_TICKS_LEAST: u32 = 200;
+
+/// The same on ways that somebody else gives, which turn about corners as near as the robot can.
+const LOOK_AHEAD_GIVEN_M: f64 = 0.2;
+/// A robot that has touched something goes back so fast, in metres a second...
+const BACK_M_PER_S: f64 = 0.2;
+/// ...for so many ticks: ten centimetres.
+const N_TICKS_BACK: u32 = 10;
 
 /// How a robot is built.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +83,13 @@ pub struct Tick {
     pub scan: Option<Vec<f32>>,
 }
 
+/// Stops a robot before it touches a wall, and has it go back a little.
+#[derive(Clone, Copy, Debug, Default)]
+struct Bumper {
+    /// Ticks that it still goes back.
+    n_ticks_back: u32,
+}
+
 /// A robot driving through a building; an iterator over its ticks until it has arrived.
 #[derive(Clone, Debug)]
 pub struct Drive<'a> {
@@ -88,6 +104,8 @@ pub struct Drive<'a> {
     start_ns: i64,
     n_ticks: u32,
     n_ticks_max: u32,
+    /// What is needed on ways that somebody else gives; `None` on ways that are known to be free.
+    bumper: Option<Bumper>,
     rng: ChaCha8Rng,
 }
 
@@ -116,8 +134,51 @@ impl<'a> Drive<'a> {
             odometer: Odometer::new(robot.odometry_error),
             start_ns,
             n_ticks: 0,
+            bumper: None,
             rng,
         })
+    }
+
+    /// A robot that stands at a pose of the building's frame until it is told where to go by
+    /// [`Drive::follow`]: one tick, and the end. `None` where it does not fit.
+    pub fn standing(
+        building: &'a Building,
+        robot: Robot,
+        pose: Pose,
+        start_ns: i64,
+        rng: ChaCha8Rng,
+    ) -> Option<Self> {
+        building.is_free(pose.position(), robot.radius_m).then(|| Self {
+            building,
+            robot,
+            path: vec![pose.position()],
+            next: 0,
+            truth: pose,
+            speed_m_per_s: 0.0,
+            odometer: Odometer::new(robot.odometry_error),
+            start_ns,
+            n_ticks: 0,
+            n_ticks_max: 1,
+            bumper: Some(Bumper::default()),
+            rng,
+        })
+    }
+
+    /// Has the robot go another way from now on: straight from point to point of the building's
+    /// frame, but rounding corners. It stops where walls are; where the way ends, the ticks do.
+    pub fn follow(&mut self, way: &[Point2<f64>]) {
+        let mut points = vec![self.truth.position()];
+        points.extend(way);
+        self.path = filled(&points);
+        self.next = 0;
+        let more = n_ticks_max(&self.path, &self.robot).max(N_TICKS_LEAST);
+        self.n_ticks_max = self.n_ticks.saturating_add(more);
+        self.bumper.get_or_insert_default();
+    }
+
+    /// Seconds since the robot started, by its clock.
+    pub fn elapsed_s(&self) -> f64 {
+        f64::from(self.n_ticks) * self.tick_s()
     }
 
     /// Where the robot truly is now, in the building's frame; before the first tick, where it
@@ -139,7 +200,8 @@ impl<'a> Drive<'a> {
     /// Moves the robot for the time of one tick.
     fn advance(&mut self) {
         let position = self.truth.position();
-        let is_near = |index: usize| (self.path[index] - position).norm() < LOOK_AHEAD_M;
+        let look_ahead_m = if self.bumper.is_some() { LOOK_AHEAD_GIVEN_M } else { LOOK_AHEAD_M };
+        let is_near = |index: usize| (self.path[index] - position).norm() < look_ahead_m;
         let last = self.path.len() - 1;
         while self.next < last && is_near(self.next) {
             self.next += 1;
@@ -152,8 +214,27 @@ impl<'a> Drive<'a> {
         let turn_rad_per_s = (STEERING_GAIN_PER_S * off_course_rad).clamp(-turn_max, turn_max);
 
         let step = arc(self.speed_m_per_s * self.tick_s(), turn_rad_per_s * self.tick_s());
+        let step = self.bumped(step);
         self.truth = self.truth * step;
         self.odometer.count(step, &mut self.rng);
+    }
+
+    /// The step that is taken in place of one that might lead into a wall.
+    fn bumped(&mut self, wanted: Pose) -> Pose {
+        let Some(bumper) = self.bumper else { return wanted };
+        let is_free =
+            |step: Pose| self.building.is_free((self.truth * step).position(), self.robot.radius_m);
+        let back = arc(-BACK_M_PER_S * self.tick_s(), 0.0);
+        let on_the_spot = arc(0.0, wanted.theta_rad);
+        let (step, n_ticks_back) = match bumper.n_ticks_back {
+            0 if is_free(wanted) => return wanted,
+            0 => (on_the_spot, N_TICKS_BACK),
+            n if is_free(back) => (back, n - 1),
+            _ => (on_the_spot, 0),
+        };
+        self.speed_m_per_s = 0.0;
+        self.bumper = Some(Bumper { n_ticks_back });
+        step
     }
 
     fn new_speed_m_per_s(&self, off_course_rad: f64, remaining_m: f64) -> f64 {
@@ -174,7 +255,7 @@ impl Iterator for Drive<'_> {
     type Item = Tick;
 
     fn next(&mut self) -> Option<Tick> {
-        if self.has_arrived() || self.n_ticks == self.n_ticks_max {
+        if 0 < self.n_ticks && self.has_arrived() || self.n_ticks == self.n_ticks_max {
             return None;
         }
         if 0 < self.n_ticks {

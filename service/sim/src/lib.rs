@@ -44,4 +44,4 @@ pub use sonar::{SonarNoise, SonarRing};
 pub use thrun_1998::{first_data_set, second_data_set};
 pub use tour::tour;
 pub use triangular_odometry::{TriangularError, triangular};
-pub use world::{World, corridor_loop, hall, office};
+pub use world::{World, corridor_loop, hall, office, rooms};

@@ -130,7 +130,7 @@ fn smooth(building: &Building, clearance_m: f64, points: &mut [Point2<f64>]) {
 }
 
 /// The same path with points every few centimetres.
-fn filled(points: &[Point2<f64>]) -> Vec<Point2<f64>> {
+pub(crate) fn filled(points: &[Point2<f64>]) -> Vec<Point2<f64>> {
     let mut path = Vec::new();
     for pair in points.windows(2) {
         let step: Vector2<f64> = pair[1] - pair[0];

@@ -30,6 +30,15 @@ pub fn hall() -> World {
     world(include_str!("../worlds/hall.txt"), &["ABCDA"])
 }
 
+/// Three rooms and a corridor, 9 m by 7 m, with room for two robots to start at A and B: for robots
+/// that explore.
+///
+/// # Panics
+/// Never: the drawing is part of the crate and tested.
+pub fn rooms() -> World {
+    world(include_str!("../worlds/rooms.txt"), &["AB"])
+}
+
 /// A corridor of 1.5 m around a block, 16 m by 10 m: the shortest drive that closes a loop.
 ///
 /// # Panics

@@ -1,8 +1,8 @@
 //! Robots driving through the crate's own worlds.
 
-use meetpoint_geometry::{Pose, angle_between};
+use meetpoint_geometry::{Point2, Pose, angle_between};
 use meetpoint_sim::{
-    ChaCha8Rng, Drive, Laser, OdometryError, Robot, Tick, World, corridor_loop, hall, office,
+    ChaCha8Rng, Drive, Laser, OdometryError, Robot, Tick, World, corridor_loop, hall, office, rooms,
 };
 use rand::SeedableRng;
 
@@ -19,7 +19,9 @@ fn blind(odometry_error: OdometryError) -> Robot {
 
 #[test]
 fn every_tour_is_driven_to_its_end_without_a_collision() {
-    for (name, world) in [("office", office()), ("hall", hall()), ("loop", corridor_loop())] {
+    for (name, world) in
+        [("office", office()), ("hall", hall()), ("loop", corridor_loop()), ("rooms", rooms())]
+    {
         for tour in 0..world.tours.len() {
             let robot = blind(OdometryError::NONE);
             let drive = drive(&world, tour, robot, 1);
@@ -122,4 +124,52 @@ fn scans_show_the_walls_around() {
     }
     let share = f64::from(n_right) / f64::from(n_all);
     assert!((0.995..0.999).contains(&share), "{share} of {n_all} readings are right");
+}
+
+/// Ticks of a robot in the hall that is told to go straight to these points, one after the other.
+fn told(start: Pose, ways: &[&[Point2<f64>]]) -> Vec<Tick> {
+    let (world, robot) = (hall(), blind(OdometryError::NONE));
+    let rng = ChaCha8Rng::seed_from_u64(1);
+    let mut drive = Drive::standing(&world.building, robot, start, 1_000, rng).expect("room");
+    let mut ticks: Vec<Tick> = drive.by_ref().collect();
+    assert_eq!((ticks.len(), ticks[0].truth), (1, start), "it stands, and looks once");
+    for way in ways {
+        drive.follow(way);
+        ticks.extend(drive.by_ref());
+    }
+    for tick in &ticks {
+        let is_free = world.building.is_free(tick.truth.position(), robot.radius_m);
+        assert!(is_free, "collision at {:?}", tick.truth);
+    }
+    let stamps = ticks.windows(2).map(|pair| pair[1].stamp_ns - pair[0].stamp_ns);
+    assert!(stamps.into_iter().all(|step_ns| step_ns == robot.tick_ns), "its clock goes on");
+    assert!((drive.elapsed_s() - ticks.len() as f64 * 0.05).abs() < 1e-9, "and tells");
+    ticks
+}
+
+#[test]
+fn goes_where_it_is_told() {
+    let start = Pose::new(1.0, 1.0, 3.0);
+    let [a, b, c] = [(3.0, 1.2), (6.0, 1.0), (6.0, 3.0)].map(|(x, y)| Point2::new(x, y));
+    let ticks = told(start, &[&[a], &[], &[b, c]]);
+    for goal in [a, b, c] {
+        let nearest = ticks.iter().map(|tick| (tick.truth.position() - goal).norm());
+        let nearest_m = nearest.fold(f64::INFINITY, f64::min);
+        assert!(nearest_m < 0.25, "{nearest_m} m from {goal:?}");
+    }
+    let end = ticks[ticks.len() - 1].truth.position();
+    assert!((end - c).norm() < 0.15, "there: {end:?}");
+}
+
+#[test]
+fn touches_no_wall_wherever_it_is_told_to_go() {
+    let start = Pose::new(1.0, 1.0, 0.0);
+    let beyond = Point2::new(-2.0, 1.0);
+    let ticks = told(start, &[&[beyond], &[Point2::new(2.0, 1.0)]]);
+    let end = ticks[ticks.len() - 1].truth.position();
+    assert!((end - Point2::new(2.0, 1.0)).norm() < 0.15, "and comes back: {end:?}");
+    let wall = Pose::new(0.1, 1.0, 0.0);
+    let rng = ChaCha8Rng::seed_from_u64(1);
+    let hall = hall();
+    assert!(Drive::standing(&hall.building, Robot::INDOOR, wall, 0, rng).is_none(), "no room");
 }

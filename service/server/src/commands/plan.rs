@@ -61,7 +61,8 @@ enum Format {
     Json,
 }
 
-fn point(text: &str) -> Result<v1::Point, String> {
+/// Reads `X,Y`.
+pub(super) fn point(text: &str) -> Result<v1::Point, String> {
     let numbers: Option<Vec<f64>> =
         text.split(',').map(|number| number.trim().parse().ok()).collect();
     match numbers.as_deref() {

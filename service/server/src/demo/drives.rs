@@ -18,7 +18,7 @@ const N_TICKS_A_BATCH: usize = 40;
 const NEWCOMERS_WAY: &str = "UATCG";
 /// The clock of the robots when they start: 2026-01-01 00:00 UTC, in nanoseconds. Fixed, so that
 /// the same seed gives the same bits.
-const START_NS: i64 = 1_767_225_600_000_000_000;
+pub(super) const START_NS: i64 = 1_767_225_600_000_000_000;
 
 /// One robot's drive: what it sends, and the truth that only the simulator knows.
 pub(crate) struct SimulatedDrive {
@@ -148,7 +148,7 @@ fn batch((number, ticks): (u64, &[Tick])) -> v1::Batch {
 }
 
 /// The odometry of a tick, and its scan if it has one.
-fn observations(tick: &Tick) -> impl Iterator<Item = v1::Observation> {
+pub(super) fn observations(tick: &Tick) -> impl Iterator<Item = v1::Observation> {
     let Tick { stamp_ns, truth: _, odometry, scan } = tick;
     let at = |sensor_id: &str, kind| v1::Observation {
         stamp_ns: *stamp_ns,
@@ -165,7 +165,7 @@ fn observations(tick: &Tick) -> impl Iterator<Item = v1::Observation> {
         .chain(scan.map(|scan| at(LASER, v1::observation::Kind::LaserScan(scan))))
 }
 
-fn sensor(laser: &Laser) -> v1::Sensor {
+pub(super) fn sensor(laser: &Laser) -> v1::Sensor {
     let Laser {
         robot_from_laser,
         angle_min_rad,

@@ -76,6 +76,7 @@ struct Advanced {
 struct Actor<'a> {
     shared: &'a Shared,
     record: MapRecord,
+    mailbox: &'a Mailbox,
     versions: Versions<'a>,
 }
 
@@ -85,8 +86,8 @@ async fn live(shared: &Arc<Shared>, map: &MapId, mailbox: &Mailbox) -> Result<()
     let Some(lease) = take_lease(shared, map).await? else { return Ok(()) };
     let renewing =
         tokio::spawn(renew(shared.store.clone(), lease.clone(), shared.settings.lease_ttl_s));
-    let mut actor = Actor { shared, record, versions: Versions::new(shared, &lease) };
-    let lived = Box::pin(actor.follow_journal(mailbox)).await;
+    let mut actor = Actor { shared, record, mailbox, versions: Versions::new(shared, &lease) };
+    let lived = Box::pin(actor.follow_journal()).await;
     let saved = actor.versions.saved().await.map(|_| ());
     renewing.abort();
     shared.store.release_map_lease(&lease).await?;
@@ -94,7 +95,7 @@ async fn live(shared: &Arc<Shared>, map: &MapId, mailbox: &Mailbox) -> Result<()
 }
 
 impl Actor<'_> {
-    async fn follow_journal(&mut self, mailbox: &Mailbox) -> Result<(), Error> {
+    async fn follow_journal(&mut self) -> Result<(), Error> {
         let settings = &self.shared.settings;
         let mut work = self.restore().await?;
         for (session, mapped_through) in work.state.progress() {
@@ -108,10 +109,11 @@ impl Actor<'_> {
             if self.shared.stop.is_cancelled() {
                 return self.save_rest(work).await;
             }
-            if let Some(awaited) = mailbox.replacement() {
+            if let Some(awaited) = self.mailbox.replacement() {
                 work = Box::pin(self.replace(work, awaited)).await?;
                 entries = self.read(work.state.position()).await?;
             }
+            self.show(&work);
             if let Some(last) = entries.back().map(|entry| entry.seq) {
                 let ahead = tokio::spawn(read(
                     self.shared.store.clone(),
@@ -132,7 +134,7 @@ impl Actor<'_> {
                 Duration::from_millis(settings.idle_snapshot_ms)
             };
             tokio::select! {
-                () = mailbox.woken.notified() => {}
+                () = self.mailbox.woken.notified() => {}
                 () = self.shared.stop.cancelled() => {}
                 () = tokio::time::sleep(idle.saturating_sub(idle_since.elapsed())) => {
                     if work.state.is_saved() {
@@ -164,6 +166,7 @@ impl Actor<'_> {
             let Advanced { work: advanced_work, left, applied, draft, computing } = advanced;
             (work, entries) = (advanced_work, left);
             self.tell(&applied, computing, entries.len());
+            self.show(&work);
             if let Some((draft, origin)) = draft {
                 self.versions.save(draft, origin).await?;
             }
@@ -190,6 +193,14 @@ impl Actor<'_> {
             let _ = done.send(version.number);
         }
         Ok(work)
+    }
+
+    /// Shows the map to those who wait for it: a pointer a tile.
+    fn show(&self, work: &Work) {
+        for looker in self.mailbox.lookers() {
+            // Who has gone away does not need to see it.
+            let _ = looker.send(work.state.grid().clone());
+        }
     }
 
     /// Tells streams and watchers how far their sessions are.

@@ -2,7 +2,9 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
+use meetpoint_occupancy::Grid;
 use meetpoint_proto::v1;
 use meetpoint_storage::{JournalSeq, MapId, SessionId, Store};
 use tokio::sync::{Notify, Semaphore, oneshot};
@@ -16,6 +18,8 @@ use crate::{error::Error, live::Live, settings::MappingSettings};
 
 /// Maps read from the store at a time when looking for work at start.
 const N_MAPS_A_PAGE: u32 = 1000;
+/// Who wants to see a map waits so long: a stretch of entries is mapped in less.
+const LOOK_WAIT: Duration = Duration::from_secs(2);
 
 /// The registry of actors.
 #[derive(Clone)]
@@ -43,6 +47,7 @@ pub(super) struct Mailbox {
     /// The journal has grown, or there is a replacement.
     pub(super) woken: Notify,
     replacement: Mutex<Option<Awaited>>,
+    lookers: Mutex<Vec<oneshot::Sender<Grid>>>,
 }
 
 /// A state computed apart, to be taken instead of the actor's own.
@@ -65,6 +70,11 @@ impl Mailbox {
     /// The replacement that waits, if there is one.
     pub(super) fn replacement(&self) -> Option<Awaited> {
         self.replacement.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Who waits to see the map.
+    pub(super) fn lookers(&self) -> Vec<oneshot::Sender<Grid>> {
+        std::mem::take(&mut *self.lookers.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
 
@@ -150,6 +160,19 @@ impl Actors {
             Some(Awaited { replacement, done });
         mailbox.woken.notify_one();
         version.await.map_err(|_| Error::Stopping)
+    }
+
+    /// The site's grid as it is now; `None` if the map is not in memory, where its newest version is
+    /// all there is, or is too busy to show it soon.
+    pub(crate) async fn live_grid(&self, map: &MapId) -> Option<Grid> {
+        let (show, shown) = oneshot::channel();
+        {
+            let running = self.0.running();
+            let mailbox = running.get(map)?;
+            mailbox.lookers.lock().unwrap_or_else(PoisonError::into_inner).push(show);
+            mailbox.woken.notify_one();
+        }
+        tokio::time::timeout(LOOK_WAIT, shown).await.ok()?.ok()
     }
 
     /// The mailbox of a map's actor, which is started if it does not run.

@@ -1,0 +1,252 @@
+//! Exploration: where robots go to see what nobody has seen.
+
+use std::sync::{Arc, PoisonError};
+use std::time::Instant;
+
+use meetpoint_geometry::{Point2, Pose};
+use meetpoint_occupancy::Grid;
+use meetpoint_planning::{Errand, Explored, Known, exploration_rectangle};
+use meetpoint_proto::v1;
+use meetpoint_storage::{
+    MapId, PoseRecord, RobotId, SessionFilter, SessionId, SessionRecord, SessionState,
+};
+
+use super::maps::shortened;
+use crate::convert::exploration::{
+    Asked, Explorer, N_EXPLORERS_MAX, asked, frontiers_to_wire, robot_to_wire,
+};
+use crate::convert::{plan, pose, value_picture};
+use crate::planning::{Choice, Costs, KeptExploration, Standing};
+use crate::{error::Error, service::Service};
+
+/// Sessions read at a time when looking for open ones.
+const N_SESSIONS_A_PAGE: u32 = 1000;
+
+/// The grid that is explored.
+struct Ground {
+    grid: Arc<Grid>,
+    /// The newest version, or the one asked for; 0 before the first.
+    version: u64,
+    is_live: bool,
+}
+
+impl Service {
+    /// The next goal of every robot, and how much is unexplored.
+    pub(crate) async fn get_exploration(
+        &self,
+        request: v1::GetExplorationRequest,
+    ) -> Result<v1::GetExplorationResponse, Error> {
+        let begun = Instant::now();
+        let v1::GetExplorationRequest { map, explorers, robot, map_version, picture } = request;
+        let (asked, choice) = (asked(explorers)?, plan::choice(robot)?);
+        let standing = self.standing(&map).await?;
+        let radius_m = self.radius_m(&standing, choice)?;
+        let ground = self.explored_ground(&standing.map, map_version).await?;
+        let explorers = self.explorers(&standing.map, asked, ground.version).await?;
+        let exploration = self.planner.explorations.of(&standing.map, radius_m);
+        let points: Vec<_> = placed(&explorers).collect();
+        let question = Question {
+            grid: ground.grid,
+            costs: standing.costs.clone(),
+            points,
+            radius_m,
+            picture,
+            n_cells_max: self.settings.limits.grid_cells_max,
+        };
+        let _permit = self.planner.searching.acquire().await.map_err(|_| Error::Stopping)?;
+        let shared = exploration.clone();
+        let answering = tokio::task::spawn_blocking(move || question.answer(&shared));
+        let (explored, n_cells, png) = answering.await.map_err(Error::internal)??;
+        self.planner.explorations.forget_large(&exploration, n_cells);
+        let frontier_m = explored.frontier_m();
+        let Explored { errands, frontiers, observed_m2, reached_m2, settled: _ } = explored;
+        let is_explored = !errands.is_empty() && errands.iter().all(|it| *it == Errand::Explored);
+        let mut errands = errands.into_iter();
+        let robots = explorers.into_iter().map(|explorer| {
+            let errand = explorer.map_from_robot.and_then(|_| errands.next());
+            robot_to_wire(explorer, errand)
+        });
+        let exploration = v1::Exploration {
+            map: standing.map.0,
+            map_version: ground.version,
+            cost_revision: standing.costs.revision(),
+            live: ground.is_live,
+            robot_radius_m: radius_m,
+            robots: robots.collect(),
+            explored: is_explored,
+            frontiers: frontiers_to_wire(frontiers),
+            frontier_m,
+            observed_m2,
+            reached_m2,
+            planning_time_us: plan::micros(begun.elapsed()),
+        };
+        Ok(v1::GetExplorationResponse { exploration: Some(exploration), png })
+    }
+
+    /// Radius of the robots that are asked about, in metres.
+    fn radius_m(&self, standing: &Standing, choice: Choice) -> Result<f64, Error> {
+        match choice {
+            Choice::Radius(radius_m) => Ok(radius_m),
+            Choice::Named(name) => {
+                let mut profiles = standing.profiles(&self.settings.planning).into_iter();
+                let found = profiles.find(|profile| profile.name == name);
+                let map = standing.map.0.clone();
+                let missing = || Error::NoSuchProfile { map, name: shortened(&name) };
+                Ok(found.ok_or_else(missing)?.radius_m)
+            }
+        }
+    }
+
+    /// The grid of a version, or for 0 the one that grows: its newest version where it is not in
+    /// memory.
+    async fn explored_ground(&self, map: &MapId, version: u64) -> Result<Ground, Error> {
+        if 0 < version {
+            let found = self.version_grid(&map.0, version).await?;
+            return Ok(Ground { grid: found.grid, version, is_live: false });
+        }
+        let live = self.actors.live_grid(map).await;
+        let newest = self.store.versions(map, None, 1).await?;
+        let newest = newest.first().map_or(0, |version| version.number);
+        match live {
+            Some(grid) => Ok(Ground { grid: Arc::new(grid), version: newest, is_live: true }),
+            None if newest == 0 => Err(Error::NothingObserved),
+            None => {
+                let grid = self.version_grid(&map.0, newest).await?.grid;
+                Ok(Ground { grid, version: newest, is_live: false })
+            }
+        }
+    }
+
+    /// Those who are asked about, with their poses; all with an open session if nobody is.
+    async fn explorers(
+        &self,
+        map: &MapId,
+        asked: Vec<Asked>,
+        version: u64,
+    ) -> Result<Vec<Explorer>, Error> {
+        let mut explorers = Vec::new();
+        if asked.is_empty() {
+            for session in self.open_sessions(map, None).await? {
+                explorers.push(self.explorer(session, version).await?);
+            }
+            let n = explorers.len();
+            if N_EXPLORERS_MAX < n {
+                let problem = format!("empty, for {n} robots; at most {N_EXPLORERS_MAX} are taken");
+                return Err(Error::field("explorers", problem));
+            }
+        }
+        for asked in asked {
+            explorers.push(match asked {
+                Asked::Position(Point2 { coords: at }) => {
+                    let map_from_robot = Some(Pose::new(at.x, at.y, 0.0));
+                    Explorer { map_from_robot, ..Explorer::default() }
+                }
+                Asked::Robot(name) => {
+                    let robot = RobotId(name.clone());
+                    if self.store.robot(&robot).await?.is_none() {
+                        return Err(Error::NoSuchRobot(shortened(&name)));
+                    }
+                    match self.open_sessions(map, Some(robot)).await?.pop() {
+                        Some(session) => self.explorer(session, version).await?,
+                        None => Explorer { robot: name, ..Explorer::default() },
+                    }
+                }
+            });
+        }
+        Ok(explorers)
+    }
+
+    /// Open sessions on a map, oldest first; of one robot if one is given.
+    async fn open_sessions(
+        &self,
+        map: &MapId,
+        robot: Option<RobotId>,
+    ) -> Result<Vec<SessionRecord>, Error> {
+        let filter = SessionFilter { map: Some(map.clone()), robot };
+        let (mut open, mut after) = (Vec::new(), None);
+        loop {
+            let page = self.store.sessions(&filter, after, N_SESSIONS_A_PAGE).await?;
+            let Some(last) = page.last() else { return Ok(open) };
+            after = Some(last.id);
+            open.extend(page.into_iter().filter(|session| session.state == SessionState::Open));
+        }
+    }
+
+    /// Where the robot of a session is: at its newest pose, or at the last one of a version if nothing
+    /// came since the service was started.
+    async fn explorer(&self, session: SessionRecord, version: u64) -> Result<Explorer, Error> {
+        let explorer = Explorer {
+            robot: session.robot.0.clone(),
+            session: session.id.0.to_string(),
+            ..Explorer::default()
+        };
+        let progress = self.live.session(session.id);
+        if let Some(newest) = progress.and_then(|progress| progress.correction) {
+            let is_placed = newest.frame_session.is_empty();
+            let map_from_robot = newest.map_from_robot.filter(|_| is_placed);
+            let map_from_robot = map_from_robot.map(|wire| pose::pose("map_from_robot", wire));
+            let map_from_robot = map_from_robot.transpose()?;
+            return Ok(Explorer { map_from_robot, stamp_ns: newest.stamp_ns, ..explorer });
+        }
+        let Some(map_from_session) = session.map_from_session.map(pose::from_record) else {
+            return Ok(explorer);
+        };
+        if version == 0 {
+            return Ok(explorer);
+        }
+        let Some(last) = self.last_pose(session.id, version).await? else { return Ok(explorer) };
+        let session_from_robot = Pose::new(last.x_m, last.y_m, last.theta_rad);
+        let map_from_robot = Some(map_from_session * session_from_robot);
+        Ok(Explorer { map_from_robot, stamp_ns: last.stamp_ns, ..explorer })
+    }
+
+    /// The last pose of a session's trajectory in a version, in the session's frame.
+    async fn last_pose(
+        &self,
+        session: SessionId,
+        version: u64,
+    ) -> Result<Option<PoseRecord>, Error> {
+        let Some(extent) = self.store.trajectory(session, version, 0, 0).await? else {
+            return Ok(None);
+        };
+        let last = extent.n_poses.saturating_sub(1);
+        let page = self.store.trajectory(session, version, last, 1).await?;
+        Ok(page.and_then(|mut page| page.poses.pop()))
+    }
+}
+
+/// Where those are who are somewhere.
+fn placed(explorers: &[Explorer]) -> impl Iterator<Item = Point2<f64>> {
+    explorers.iter().filter_map(|explorer| Some(explorer.map_from_robot?.position()))
+}
+
+/// What is worked on beside the async threads.
+struct Question {
+    grid: Arc<Grid>,
+    costs: Arc<Costs>,
+    points: Vec<Point2<f64>>,
+    radius_m: f64,
+    picture: bool,
+    n_cells_max: u64,
+}
+
+impl Question {
+    /// What is to be done, of how many cells, and the values as a picture if one is wanted.
+    fn answer(self, exploration: &KeptExploration) -> Result<(Explored, usize, Vec<u8>), Error> {
+        let bounds = self.grid.bounds().ok_or(Error::NothingObserved)?;
+        let (n_cells, limit_cells) = (bounds.n_cells() as u64, self.n_cells_max);
+        if limit_cells < n_cells {
+            return Err(Error::MapTooLarge { n_cells, limit_cells });
+        }
+        let raster = self.grid.raster(Some(exploration_rectangle(bounds, self.radius_m)));
+        let info = raster.info;
+        let closed: Vec<usize> =
+            self.costs.obstacles().flat_map(|shape| shape.touched(info)).collect();
+        let known = Known { info, log_odds: &raster.log_odds, closed: &closed };
+        // A panic while the lock was held leaves values that are settled anew.
+        let mut exploration = exploration.lock().unwrap_or_else(PoisonError::into_inner);
+        let explored = exploration.explore(&known, &self.points).map_err(Error::internal)?;
+        let png = if self.picture { value_picture::png(&exploration)? } else { Vec::new() };
+        Ok((explored, info.n_cells(), png))
+    }
+}

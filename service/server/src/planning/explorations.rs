@@ -1,0 +1,53 @@
+//! Explorations that go on: their values are kept, so that the next question costs what changed.
+
+use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use meetpoint_planning::{Exploration, ExplorationParams};
+use meetpoint_storage::MapId;
+
+/// Explorations that are kept: maps times radii of robots.
+const N_KEPT: usize = 4;
+/// Larger ones are not kept, in cells: some 40 bytes each, so 160 MB.
+const N_CELLS_KEPT: usize = 4 << 20;
+
+/// An exploration that questions share, one after the other.
+pub(crate) type KeptExploration = Arc<Mutex<Exploration>>;
+
+/// A map, and the bits of a radius.
+type Key = (MapId, u64);
+
+/// The explorations asked for lately, newest last.
+#[derive(Default)]
+pub(crate) struct Explorations(Mutex<VecDeque<(Key, KeptExploration)>>);
+
+impl Explorations {
+    /// The exploration of a map by robots of a radius, in metres.
+    pub(crate) fn of(&self, map: &MapId, radius_m: f64) -> KeptExploration {
+        let key = (map.clone(), radius_m.to_bits());
+        let mut kept = self.kept();
+        let place = kept.iter().position(|(other, _)| *other == key);
+        let found = place.and_then(|place| kept.remove(place)).unwrap_or_else(|| {
+            let params = ExplorationParams { radius_m, ..ExplorationParams::INDOOR };
+            (key, Arc::new(Mutex::new(Exploration::new(params))))
+        });
+        let exploration = found.1.clone();
+        kept.push_back(found);
+        while N_KEPT < kept.len() {
+            kept.pop_front();
+        }
+        exploration
+    }
+
+    /// Forgets an exploration if it is too large to be kept.
+    pub(crate) fn forget_large(&self, exploration: &KeptExploration, n_cells: usize) {
+        if N_CELLS_KEPT < n_cells {
+            self.kept().retain(|(_, other)| !Arc::ptr_eq(other, exploration));
+        }
+    }
+
+    /// A panic while the lock was held cannot leave the table half changed.
+    fn kept(&self) -> MutexGuard<'_, VecDeque<(Key, KeptExploration)>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}

@@ -1,0 +1,242 @@
+//! Robots that explore by asking the service, closed loop, until nothing that they can reach is
+//! unexplored.
+
+use meetpoint_client::v1;
+use meetpoint_geometry::{Cell, Point2, Pose};
+use meetpoint_sim::{Building, ChaCha8Rng, Drive, Robot, rooms};
+use rand::SeedableRng;
+use v1::ExplorationCode as Code;
+use v1::explorer::Kind;
+use v1::ingest_batch_request::Kind as Upload;
+
+use crate::door::{Door, eventually, finished, refused};
+use crate::drive::{self, START_NS, SimulatedDrive, opened, opening};
+use crate::running::{Launch, empty_folder, meetpoint};
+
+/// A robot with a scan every fifth of a second.
+const ROBOT: Robot = Robot { n_ticks_per_scan: 4, ..Robot::INDOOR };
+/// What robots ask for: ten centimetres more than they have.
+const RADIUS_M: f64 = 0.3;
+/// Ticks between two questions: two seconds.
+const N_TICKS_A_ROUND: usize = 40;
+/// Robots that are not done after so many rounds never will be: thirteen minutes.
+const N_ROUNDS_MAX: u32 = 400;
+
+/// A robot that goes where the service says.
+struct Explorer<'a> {
+    name: String,
+    drive: Drive<'a>,
+    session: v1::Session,
+    n_batches: u64,
+}
+
+impl<'a> Explorer<'a> {
+    /// At a place of the building, where its session begins: it knows where that is in the map, whose
+    /// origin is at A.
+    async fn new<D: Door>(door: &D, map: &str, building: &'a Building, place: char) -> Self {
+        let start = building.place(place).expect("a place that is drawn");
+        let start = Pose::new(start.x, start.y, 0.0);
+        let rng = ChaCha8Rng::seed_from_u64(u64::from(u32::from(place)));
+        let drive = Drive::standing(building, ROBOT, start, START_NS, rng).expect("room");
+        let name = format!("{map}-{}", place.to_ascii_lowercase());
+        let known = v1::start::Kind::Known(drive::pose(map_from_building(building) * start));
+        let request = v1::OpenSessionRequest {
+            start: Some(v1::Start { kind: Some(known) }),
+            ..opening(map, &name, &[drive::laser(&ROBOT.laser)])
+        };
+        let session = opened(door, request).await;
+        Self { name, drive, session, n_batches: 0 }
+    }
+
+    /// Drives on for a round, and sends what it saw.
+    async fn drive_on<D: Door>(&mut self, door: &D) {
+        let ticks: Vec<_> = self.drive.by_ref().take(N_TICKS_A_ROUND).collect();
+        if ticks.is_empty() {
+            return;
+        }
+        let driven = SimulatedDrive {
+            sensor: drive::laser(&ROBOT.laser),
+            ticks,
+            building_from_start: Pose::IDENTITY,
+        };
+        self.n_batches += 1;
+        let [batch] = &driven.batches(N_TICKS_A_ROUND)[..] else { panic!("one round, one batch") };
+        let batch = v1::Batch { number: self.n_batches, ..batch.clone() };
+        let sent = door.upload(&self.session.id, self.session.epoch, Upload::Batch(batch)).await;
+        assert_eq!(sent.expect("a good batch").rejected, [], "nothing is wrong with it");
+        eventually("that it is mapped", || async {
+            let now = door.session(&self.session.id).await.expect("it is open");
+            (self.n_batches <= now.mapped_through).then_some(())
+        })
+        .await;
+    }
+
+    /// Goes the way that it was given, by where it takes itself to be; stands where it was given none.
+    fn follow(&mut self, given: &v1::RobotExploration) {
+        let here = given.pose.expect("it has a place");
+        let here = Pose::new(here.x_m, here.y_m, here.theta_rad);
+        let truth_from_map = self.drive.truth() * here.inverse();
+        let way = given.points.iter().map(|at| truth_from_map * Point2::new(at.x_m, at.y_m));
+        self.drive.follow(&way.collect::<Vec<_>>());
+    }
+}
+
+fn map_from_building(building: &Building) -> Pose {
+    let origin = building.place('A').expect("a place that is drawn");
+    Pose::new(origin.x, origin.y, 0.0).inverse()
+}
+
+fn asked(map: &str, explorers: Vec<Kind>) -> v1::GetExplorationRequest {
+    let kind = v1::robot_choice::Kind::RobotRadiusM(RADIUS_M);
+    v1::GetExplorationRequest {
+        map: map.to_owned(),
+        explorers: explorers.into_iter().map(|kind| v1::Explorer { kind: Some(kind) }).collect(),
+        robot: Some(v1::RobotChoice { kind: Some(kind) }),
+        map_version: 0,
+        picture: false,
+    }
+}
+
+/// Has robots explore until they can reach nothing unexplored: how often two had goals at once.
+async fn explored<D: Door>(door: &D, map: &str, robots: &mut [Explorer<'_>]) -> u32 {
+    let names = robots.iter().map(|robot| Kind::Robot(robot.name.clone())).collect();
+    let request = asked(map, names);
+    let mut n_shared = 0;
+    for _ in 0..N_ROUNDS_MAX {
+        for robot in &mut *robots {
+            robot.drive_on(door).await;
+        }
+        let now = door.exploration(request.clone()).await.expect("a good question");
+        assert!(now.live, "the map as it grows: {now:?}");
+        assert_eq!(now.robots.len(), robots.len(), "each is told: {now:?}");
+        assert_eq!(now.frontier_m == 0.0, now.frontiers.is_empty(), "{now:?}");
+        for (robot, given) in robots.iter_mut().zip(&now.robots) {
+            assert_eq!((&given.robot, &given.session), (&robot.name, &robot.session.id), "{now:?}");
+            let is_going = given.code() == Code::Ok;
+            let is_idle = matches!(given.code(), Code::Explored | Code::LeftToOthers);
+            assert!(is_going || is_idle, "it is where it can be: {given:?}");
+            assert_eq!(given.points.last(), given.goal.as_ref(), "the way ends there: {given:?}");
+            robot.follow(given);
+        }
+        let goals: Vec<_> = now.robots.iter().filter_map(|given| given.goal).collect();
+        if let [a, b] = goals[..] {
+            n_shared += 1;
+            assert_ne!(a, b, "not both to the same");
+        }
+        if now.explored {
+            assert!(goals.is_empty() && now.frontier_m == 0.0, "nothing is left: {now:?}");
+            return n_shared;
+        }
+    }
+    panic!("not explored after {N_ROUNDS_MAX} rounds");
+}
+
+/// Share of the cells that a robot can be at, by the drawing, which a grid has observed.
+fn seen_share(building: &Building, grid: &v1::Grid) -> f64 {
+    let info = building.info();
+    let origin = grid.origin.expect("a grid has one");
+    let is_seen = |point: Point2<f64>| {
+        let at = map_from_building(building) * point;
+        let column = ((at.x - origin.x_m) / grid.resolution_m).floor();
+        let row = ((at.y - origin.y_m) / grid.resolution_m).floor();
+        let (width, height) = (f64::from(grid.width), f64::from(grid.height));
+        let is_inside = 0.0 <= column && column < width && 0.0 <= row && row < height;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "inside")]
+        let index = (row * width + column) as usize;
+        is_inside && grid.cells[index] != 255
+    };
+    let cells = (0..info.height.cast_signed())
+        .flat_map(|y| (0..info.width.cast_signed()).map(move |x| Cell { x, y }));
+    let free = cells.map(|cell| info.frame.center_of(cell));
+    let free: Vec<_> = free.filter(|&point| building.is_free(point, RADIUS_M)).collect();
+    let n_seen = free.iter().filter(|&&point| is_seen(point)).count();
+    n_seen as f64 / free.len() as f64
+}
+
+async fn one_robot_and_then_two<D: Door>(door: &D) {
+    let building = rooms().building;
+    for places in ["A", "AB"] {
+        let map = format!("rooms-{}", places.len());
+        door.create_map(&map, 0.05).await.expect("a new map");
+        refused(door.exploration(asked(&map, vec![])).await, "NOTHING_OBSERVED");
+        let mut robots = Vec::new();
+        for place in places.chars() {
+            robots.push(Explorer::new(door, &map, &building, place).await);
+        }
+        let n_shared = explored(door, &map, &mut robots).await;
+        assert_eq!(0 < n_shared, places.len() == 2, "two go to two places: {n_shared}");
+        let all = door.exploration(asked(&map, vec![])).await.expect("all with open sessions");
+        assert_eq!(all.robots.len(), robots.len(), "{all:?}");
+        for robot in &robots {
+            finished(door, &robot.session).await;
+        }
+        let grid = door.grid(&map, 0, None).await.expect("a version");
+        let share = seen_share(&building, &grid);
+        assert!(0.995 < share, "{share} of what can be reached was seen");
+        published(door, &map, &robots[0].name).await;
+    }
+}
+
+/// What a version says when all is over.
+async fn published<D: Door>(door: &D, map: &str, robot: &str) {
+    let here = Kind::Position(v1::Point { x_m: 0.1, y_m: 0.0 });
+    let far = Kind::Position(v1::Point { x_m: 1e4, y_m: 0.0 });
+    let wall = Kind::Position(v1::Point { x_m: 2.0, y_m: 2.75 });
+    let newest = door.version(map, 0).await.expect("it was published").number;
+    let request =
+        |explorers| v1::GetExplorationRequest { map_version: newest, ..asked(map, explorers) };
+    let of_version = door.exploration(request(vec![here.clone()])).await.expect("good");
+    assert!(of_version.explored && !of_version.live, "{of_version:?}");
+    assert_eq!(of_version.map_version, newest, "{of_version:?}");
+    assert!(20.0 < of_version.reached_m2, "{of_version:?}");
+    assert!(of_version.reached_m2 < of_version.observed_m2, "{of_version:?}");
+    let odd = vec![Kind::Robot(robot.to_owned()), far, wall, here.clone()];
+    let odd = door.exploration(request(odd)).await.expect("good");
+    let codes: Vec<Code> = odd.robots.iter().map(v1::RobotExploration::code).collect();
+    let expected = [Code::NotPlaced, Code::OutsideMap, Code::StartOccupied, Code::Explored];
+    assert_eq!(codes, expected, "{odd:?}");
+    assert!(!odd.explored, "nobody knows of the others: {odd:?}");
+    let picture = v1::GetExplorationRequest { picture: true, ..request(vec![here.clone()]) };
+    let png = door.exploration_picture(picture).await.expect("a picture");
+    assert!(png.starts_with(b"\x89PNG"), "a PNG");
+    let many = refused(door.exploration(request(vec![here; 33])).await, "INVALID_FIELD");
+    assert!(many.message.contains("33, at most 32"), "{many:?}");
+    let nobody = Kind::Robot("nobody".to_owned());
+    refused(door.exploration(request(vec![nobody])).await, "ROBOT_NOT_FOUND");
+    refused(door.exploration(asked("no-map", vec![])).await, "MAP_NOT_FOUND");
+    let later = v1::GetExplorationRequest { map_version: 999, ..asked(map, vec![]) };
+    refused(door.exploration(later).await, "VERSION_NOT_FOUND");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn over_grpc() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    one_robot_and_then_two(&service.grpc()).await;
+    let request = v1::GetExplorationRequest {
+        explorers: vec![v1::Explorer { kind: None }],
+        ..asked("rooms-1", vec![])
+    };
+    refused(service.grpc().exploration(request).await, "INVALID_FIELD");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn over_rest_and_by_the_command() {
+    let data = empty_folder();
+    let service = Launch::at(data.path()).start();
+    one_robot_and_then_two(&service.rest()).await;
+    let picture = data.path().join("values.png").display().to_string();
+    let url = service.url();
+    let run = |arguments: &[&str]| {
+        let all = [&["explore", "rooms-2", "--server", &url], arguments].concat();
+        let done = meetpoint(&all).output().expect("the binary under test starts");
+        (done.status.code(), String::from_utf8_lossy(&done.stdout).into_owned())
+    };
+    let (status, told) = run(&["--at", "0,0", "--radius", "0.3", "--png", &picture]);
+    assert_eq!(status, Some(0), "{told}");
+    assert!(told.contains("explored: nothing"), "{told}");
+    assert!(std::fs::read(&picture).expect("it was written").starts_with(b"\x89PNG"), "a PNG");
+    let (status, told) = run(&["--robot", "rooms-2-a", "--json"]);
+    assert_eq!(status, Some(0), "{told}");
+    assert!(told.contains("\"NOT_PLACED\""), "its session is closed: {told}");
+}
