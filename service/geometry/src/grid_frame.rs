@@ -102,6 +102,13 @@ impl GridInfo {
         self.frame.corner_of(self.first)
     }
 
+    /// All cells, in the order of their places in row-major data. Those beyond 2³¹ saturate.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> + use<> {
+        let Self { first, width, height, .. } = *self;
+        let along = |first: i32, n: u32| (0..n).map(move |at| first.saturating_add_unsigned(at));
+        along(first.y, height).flat_map(move |y| along(first.x, width).map(move |x| Cell { x, y }))
+    }
+
     /// The place of a cell in row-major data, or `None` outside.
     #[must_use]
     pub fn index_of(&self, cell: Cell) -> Option<usize> {
@@ -134,6 +141,8 @@ mod tests {
         let info = GridInfo { frame, first: Cell { x: -2, y: -1 }, width: 4, height: 3 };
         assert_eq!(info.origin(), Point2::new(-1.0, -0.5), "corner of the lower-left cell");
         assert_eq!(info.index_of(Cell { x: -2, y: -1 }), Some(0), "lower left");
+        let indices: Vec<_> = info.cells().map(|cell| info.index_of(cell)).collect();
+        assert_eq!(indices, (0..12).map(Some).collect::<Vec<_>>(), "in the order of indices");
         assert_eq!(info.index_of(Cell { x: 1, y: -1 }), Some(3), "along x first");
         assert_eq!(info.index_of(Cell { x: 1, y: 1 }), Some(11), "upper right is last");
         assert_eq!(info.index_of(Cell { x: 2, y: 0 }), None, "one beyond");

@@ -5,4 +5,4 @@ mod ground;
 mod places;
 
 pub(crate) use ground::Ground;
-pub(crate) use places::{Share, places, simulated};
+pub(crate) use places::{Share, declared, places, simulated};

@@ -7,8 +7,9 @@ use std::f64::consts::TAU;
 
 use meetpoint_geometry::Point2;
 
+use super::inverse_cone::InverseCone;
 use super::network::Network;
-use super::ring::SonarScan;
+use super::ring::{SonarRing, SonarScan};
 
 /// How sonar is drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -47,19 +48,44 @@ const STEP_M: f64 = 0.05;
 impl Interpretation {
     /// What a network says of a scan.
     pub fn new(scan: &SonarScan, network: &Network, model: &SonarModel) -> Self {
+        let low_m = model.distance_min_m;
+        Self::of_rays(model, |(sin, cos)| {
+            let mut view = scan.view(Point2::new(low_m * cos, low_m * sin))?;
+            #[expect(clippy::cast_possible_truncation, reason = "some metres")]
+            let said = move |distance_m: f64| {
+                view.distance_m = distance_m as f32;
+                network.evidence(&view)
+            };
+            Some(said)
+        })
+    }
+
+    /// What the inverse cone model says of a scan: the baseline.
+    pub fn by_cones(
+        (ring, scan): (&SonarRing, &SonarScan),
+        cone: &InverseCone,
+        model: &SonarModel,
+    ) -> Self {
+        Self::of_rays(model, |(sin, cos)| {
+            let at = move |distance_m: f64| Point2::new(distance_m * cos, distance_m * sin);
+            Some(move |distance_m: f64| cone.evidence(ring, scan, at(distance_m)))
+        })
+    }
+
+    /// `ray` gives for sine and cosine of a bearing what is said by distance, in metres; `None` where
+    /// nothing is.
+    fn of_rays<R: FnMut(f64) -> f32>(
+        model: &SonarModel,
+        ray: impl Fn((f64, f64)) -> Option<R>,
+    ) -> Self {
         let (low_m, high_m) = (model.distance_min_m, model.distance_max_m);
         let n_distances = steps((high_m - low_m).min(LENGTH_MAX_M));
         let mut evidence = vec![0.0; N_BEARINGS * n_distances];
-        for (bearing, ray) in evidence.chunks_exact_mut(n_distances.max(1)).enumerate() {
+        for (bearing, along) in evidence.chunks_exact_mut(n_distances.max(1)).enumerate() {
             let bearing_rad = TAU * bearing as f64 / N_BEARINGS as f64;
-            let (sin, cos) = bearing_rad.sin_cos();
-            let middle = Point2::new(low_m * cos, low_m * sin);
-            let Some(mut view) = scan.view(middle) else { continue };
-            for (step, evidence) in ray.iter_mut().enumerate() {
-                #[expect(clippy::cast_possible_truncation, reason = "some metres")]
-                let distance_m = (low_m + (step as f64 + 0.5) * STEP_M) as f32;
-                view.distance_m = distance_m;
-                let said = network.evidence(&view);
+            let Some(mut ray) = ray(bearing_rad.sin_cos()) else { continue };
+            for (step, evidence) in along.iter_mut().enumerate() {
+                let said = ray(low_m + (step as f64 + 0.5) * STEP_M);
                 let is_said = model.evidence_min <= said.abs();
                 *evidence = if is_said { bounded(said, model.evidence_max) } else { 0.0 };
             }

@@ -6,6 +6,7 @@ mod ground_truth;
 mod ingest;
 mod matching;
 mod merge;
+mod occupancy;
 mod percentile;
 mod poses;
 mod queries;
@@ -32,6 +33,8 @@ enum What {
     Queries(queries::QueriesArgs),
     /// Whether robots of unknown start are found, how exactly, and that nothing is merged wrongly
     Merge(merge::MergeArgs),
+    /// How well and how fast sonar and laser become occupancy, and what exploration computes on it
+    Occupancy(occupancy::OccupancyArgs),
     /// What relaxation makes of data whose truth is known, and what it costs
     Relaxation(relaxation::RelaxationArgs),
 }
@@ -46,6 +49,7 @@ pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
         What::Ingest(args) => ingest::run(args).await,
         What::Queries(args) => queries::run(args).await,
         What::Merge(args) => merge::run(args).await,
+        What::Occupancy(args) => occupancy::run(args).await,
         What::Relaxation(args) => relaxation::run(args).await,
     }
 }

@@ -16,7 +16,9 @@ use crate::sonar_weights::{SonarWeights, SonarWeightsFile};
 use crate::training::{Ground, Share, places, simulated};
 
 /// Held-out places come from a seed that no training data comes from.
-const HELD_OUT_SEED: u64 = 1_000_000;
+pub(super) const HELD_OUT_SEED: u64 = 1_000_000;
+/// Places to judge by where nothing else is asked for.
+pub(super) const N_HELD_OUT: usize = 100_000;
 /// The first weights and the order of examples are the same whatever the data: those by which the weights
 /// that ship were made.
 const WEIGHTS_SEED: u64 = 7;
@@ -52,7 +54,7 @@ pub struct TrainArgs {
     #[arg(long, default_value_t = 400_000, value_parser = clap::value_parser!(u64).range(1_000..=20_000_000))]
     places: u64,
     /// Places to judge by, where nothing was learnt
-    #[arg(long, default_value_t = 100_000, value_parser = clap::value_parser!(u64).range(1_000..=20_000_000))]
+    #[arg(long, default_value_t = N_HELD_OUT as u64, value_parser = clap::value_parser!(u64).range(1_000..=20_000_000))]
     held_out: u64,
     /// Times that every place is shown
     #[arg(long, default_value_t = TrainingParams::STANDARD.n_epochs, value_parser = clap::value_parser!(u32).range(1..=1_000))]
@@ -98,7 +100,8 @@ pub async fn run(args: TrainArgs) -> anyhow::Result<()> {
     if args.server.json {
         println!("{}", serde_json::to_string(&file)?);
     } else {
-        report(&examination, &shipped);
+        let networks = [("network that ships", &shipped), ("network trained now", &examination)];
+        report(&examination, &networks);
         println!("weights {} are written to {}", weights.name, args.output.display());
     }
     Ok(())
@@ -140,7 +143,8 @@ fn lessons(
     Ok(Lessons { shown: shown.iter().map(|place| place.example).collect(), held_out, told })
 }
 
-fn report(examination: &Examination, shipped: &Examination) {
+/// Prints what held-out places say of networks, and how well the answers of one are calibrated.
+pub(super) fn report(examination: &Examination, networks: &[(&str, &Examination)]) {
     let occupied = 100.0 * examination.occupied_share;
     println!("{} places held out, {occupied:.1} % of them occupied", examination.n_places);
     println!("\n| model | cross-entropy, nats | wrong | calibration error |\n|---|---|---|---|");
@@ -150,9 +154,9 @@ fn report(examination: &Examination, shipped: &Examination) {
     };
     row("constant", &examination.constant, "");
     row("inverse cone", &examination.inverse_cone, "");
-    let error = |of: &Examination| format!("{:.3}", of.calibration_error());
-    row("network that ships", &shipped.network, &error(shipped));
-    row("network trained now", &examination.network, &error(examination));
+    for (name, found) in networks {
+        row(name, &found.network, &format!("{:.3}", found.calibration_error()));
+    }
     println!("\n| network says | places | occupied |\n|---|---|---|");
     for (index, tenth) in (0_u8..).zip(&examination.calibration) {
         let (low, high) = (f64::from(index) / 10.0, f64::from(index + 1) / 10.0);

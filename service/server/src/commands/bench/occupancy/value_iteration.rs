@@ -1,9 +1,5 @@
 //! Value iteration by the size of the map: from scratch, and after a change.
 //!
-//! ```text
-//! cargo bench -p meetpoint-planning --bench value_iteration
-//! ```
-//!
 //! Floors of square rooms of 4.5 m with doors of 0.9 m to their neighbours, cells of 0.15 m as in the
 //! paper; a tenth of the rooms is unexplored. The change is a door that closes or opens, far from
 //! the unexplored and near it, by turns. Every value is compared with Dijkstra's before anything is timed.
@@ -26,22 +22,24 @@ const N_ROUNDS: usize = 7;
 /// Doors closed and opened again.
 const N_CHANGES: usize = 40;
 
-fn main() {
+/// Prints a table.
+pub(super) fn print() -> anyhow::Result<()> {
     println!("| floor | cells | from scratch | sweeps | Dijkstra | a door: median | longest |");
     println!("|---|---|---|---|---|---|---|");
     for n_rooms in [7, 15, 35, 70, 106] {
-        measure(n_rooms);
+        measure(n_rooms)?;
     }
+    Ok(())
 }
 
-fn measure(n_rooms: usize) {
+fn measure(n_rooms: usize) -> anyhow::Result<()> {
     let floor = Floor::new(n_rooms);
     let mut iteration = floor.iteration();
     let sweeps = iteration.settle(u32::MAX).n_sweeps;
     let began = Instant::now();
     let truth = dijkstra(&floor);
     let dijkstra_ms = began.elapsed().as_secs_f64() * 1e3;
-    compare(&iteration, &truth);
+    compare(&iteration, &truth)?;
     let scratch_ms = median((0..N_ROUNDS).map(|_| {
         let mut iteration = floor.iteration();
         let began = Instant::now();
@@ -53,7 +51,7 @@ fn measure(n_rooms: usize) {
         .flat_map(|turn| [(turn, true), (turn, false)])
         .map(|(turn, is_closed)| floor.change(&mut iteration, turn, is_closed))
         .collect();
-    compare(&iteration, &truth);
+    compare(&iteration, &truth)?;
     let longest_ms = changes_ms.iter().copied().fold(0.0, f64::max);
     let change_ms = median(changes_ms.into_iter());
     let side_m = n_rooms as f64 * ROOM as f64 * CELL_M;
@@ -62,6 +60,7 @@ fn measure(n_rooms: usize) {
         "| {side_m:.0} m square | {n_cells} | {scratch_ms:.1} ms | {sweeps} | {dijkstra_ms:.1} ms | \
          {change_ms:.3} ms | {longest_ms:.3} ms |"
     );
+    Ok(())
 }
 
 /// Rooms in a square.
@@ -154,11 +153,13 @@ fn dijkstra(floor: &Floor) -> Vec<f32> {
 }
 
 /// Both agree, bit for bit, wherever a robot can be.
-fn compare(iteration: &ValueIteration, truth: &[f32]) {
+fn compare(iteration: &ValueIteration, truth: &[f32]) -> anyhow::Result<()> {
     for (at, &value) in truth.iter().enumerate() {
         let found = iteration.value(at);
-        assert!(found.to_bits() == value.to_bits(), "cell {at}: {found} is not {value}");
+        let is_same = found.to_bits() == value.to_bits();
+        anyhow::ensure!(is_same, "cell {at}: {found} is not Dijkstra's {value}");
     }
+    Ok(())
 }
 
 fn median(figures: impl Iterator<Item = f64>) -> f64 {

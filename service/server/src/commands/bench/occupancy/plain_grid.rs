@@ -7,23 +7,23 @@ use meetpoint_geometry::{Cell, GridFrame, Point2, Pose};
 use meetpoint_occupancy::{BeamModel, LaserGeometry, Network, Reading, SonarModel, SonarScan};
 
 /// Log-odds of the cells observed so far.
-pub(crate) struct PlainGrid {
+pub(super) struct PlainGrid {
     frame: GridFrame,
     cells: HashMap<(i32, i32), f32>,
 }
 
 impl PlainGrid {
-    pub(crate) fn new(resolution_m: f64) -> Self {
+    pub(super) fn new(resolution_m: f64) -> Self {
         let frame = GridFrame::new(resolution_m).expect("a length");
         Self { frame, cells: HashMap::new() }
     }
 
-    pub(crate) fn log_odds(&self, cell: Cell) -> Option<f32> {
+    pub(super) fn log_odds(&self, cell: Cell) -> Option<f32> {
         self.cells.get(&(cell.x, cell.y)).copied()
     }
 
     /// A cell is hit if a beam ends in it, else missed if one crosses it; once a scan.
-    pub(crate) fn insert_scan(
+    pub(super) fn insert_scan(
         &mut self,
         map_from_sensor: Pose,
         geometry: &LaserGeometry,
@@ -77,7 +77,7 @@ impl PlainGrid {
     }
 
     /// Every cell in reach, by what the network says of its middle.
-    pub(crate) fn insert_sonar(
+    pub(super) fn insert_sonar(
         &mut self,
         map_from_robot: Pose,
         scan: &SonarScan,

@@ -1,14 +1,8 @@
 //! Scans integrated per second on one core: a laser and a ring of sonars, each against a plain integration
 //! written from its definition. What both draw is compared before anything is timed.
 //!
-//! ```text
-//! cargo bench -p meetpoint-occupancy --bench integration
-//! ```
-//!
 //! 360 beams all around, and rings of 24 sonars, from poses along a walk through a floor of rooms, cells of
 //! 5 cm.
-
-mod plain;
 
 use std::time::Instant;
 
@@ -19,7 +13,8 @@ use meetpoint_occupancy::{
 use meetpoint_sim::{Building, ChaCha8Rng, Laser, RoomParams, random_rooms};
 use rand::{RngExt, SeedableRng};
 
-use plain::PlainGrid;
+use super::plain_grid::PlainGrid;
+use crate::training::declared;
 
 /// Edge of a cell, in metres.
 const RESOLUTION_M: f64 = 0.05;
@@ -38,15 +33,16 @@ struct Scans {
     ring: SonarRing,
 }
 
-fn main() {
-    let scans = scans();
+/// Prints a table.
+pub(super) fn print() -> anyhow::Result<()> {
+    let scans = scans()?;
     println!("| sensor | integration | agrees with plain | scans a second | of plain |");
     println!("|---|---|---|---|---|");
-    laser(&scans);
-    sonar(&scans);
+    laser(&scans)?;
+    sonar(&scans)
 }
 
-fn laser(scans: &Scans) {
+fn laser(scans: &Scans) -> anyhow::Result<()> {
     let fast = || {
         let (mut grid, mut marks) = (empty(), ScanMarks::new());
         for (map_from_sensor, ranges_m) in &scans.lasers {
@@ -63,11 +59,12 @@ fn laser(scans: &Scans) {
         grid
     };
     let agreement = agreement(&fast(), &plain(), |fast, plain| (fast - plain).abs() < 1e-5);
-    assert!(0.9999 < agreement, "{agreement} of the cells agree");
+    anyhow::ensure!(0.9999 < agreement, "{agreement} of the cells agree");
     report("laser of 360 beams", agreement, scans_per_s(fast), scans_per_s(plain));
+    Ok(())
 }
 
-fn sonar(scans: &Scans) {
+fn sonar(scans: &Scans) -> anyhow::Result<()> {
     let network = Network::shipped();
     let model = SonarModel::INDOOR;
     let fast = || {
@@ -90,8 +87,9 @@ fn sonar(scans: &Scans) {
     let agreement = agreement(&fast(), &plain(), |fast, plain| {
         decided(fast).zip(decided(plain)).is_none_or(|(fast, plain)| fast == plain)
     });
-    assert!(0.98 < agreement, "{agreement} of the cells are decided alike");
+    anyhow::ensure!(0.98 < agreement, "{agreement} of the cells are decided alike");
     report("ring of 24 sonars", agreement, scans_per_s(fast), scans_per_s(plain));
+    Ok(())
 }
 
 fn report(sensor: &str, agreement: f64, fast_per_s: f64, plain_per_s: f64) {
@@ -141,9 +139,9 @@ fn scans_per_s<T>(round: impl Fn() -> T) -> f64 {
     N_SCANS as f64 / seconds.fold(f64::INFINITY, f64::min)
 }
 
-fn scans() -> Scans {
+fn scans() -> anyhow::Result<Scans> {
     let mut rng = ChaCha8Rng::seed_from_u64(5);
-    let floor = random_rooms((24.0, 16.0), &RoomParams::OFFICES, &mut rng).expect("a floor");
+    let floor = random_rooms((24.0, 16.0), &RoomParams::OFFICES, &mut rng)?;
     let laser = Laser {
         angle_min_rad: -std::f64::consts::PI,
         angle_increment_rad: std::f64::consts::TAU / 360.0,
@@ -160,7 +158,7 @@ fn scans() -> Scans {
     };
     let lasers = poses.iter().map(seen).collect();
     let heard = |&robot: &Pose| (robot, sonars.scan(&floor, robot, &mut rng));
-    Scans {
+    Ok(Scans {
         lasers,
         sonars: poses.iter().map(heard).collect(),
         geometry: LaserGeometry {
@@ -170,15 +168,8 @@ fn scans() -> Scans {
             range_min_m: laser.range_min_m,
             range_max_m: laser.range_max_m,
         },
-        ring: SonarRing {
-            robot_from_transducer: (0..sonars.n_sonars)
-                .map(|at| sonars.robot_from_sonar(at))
-                .collect(),
-            cone_rad: sonars.cone_rad,
-            range_min_m: sonars.range_min_m,
-            range_max_m: sonars.range_max_m,
-        },
-    }
+        ring: declared(&sonars),
+    })
 }
 
 fn free_pose(floor: &Building, rng: &mut ChaCha8Rng) -> Pose {

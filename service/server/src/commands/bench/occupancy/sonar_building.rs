@@ -1,0 +1,120 @@
+//! A building of about 105 by 63 m with many small rooms, mapped by 24 sonars without odometric error (T98,
+//! Fig. 4): by the network, and by the inverse cone model from the same firings.
+
+use std::path::Path;
+
+use anyhow::Context;
+use meetpoint_geometry::Pose;
+use meetpoint_occupancy::{
+    BeamModel, Grid, Interpretation, InverseCone, Network, SonarModel, SonarRing, png,
+};
+use meetpoint_sim::{Building, ChaCha8Rng, RoomParams, random_rooms};
+use rand::SeedableRng;
+
+use super::cells::{Decided, faces_found};
+use super::tour::tour;
+use crate::training::declared;
+
+/// Size of the building, in metres.
+const FLOOR_M: (f64, f64) = (105.0, 63.0);
+/// Edge of a cell of building and map, in metres.
+const CELL_M: f64 = 0.1;
+/// A firing every so far along the way, in metres: what robots that map draw.
+const FIRING_M: f64 = 0.2;
+/// The paper's robots moved constantly, and frequently at 0.8 to 0.9 metres a second.
+const SPEED_M_PER_S: f64 = 0.8;
+/// A cone blurs a wall's face by so much, in metres.
+const BLUR_M: f64 = 0.2;
+
+/// What firings are read by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reader {
+    Network,
+    InverseCone,
+}
+
+impl Reader {
+    const ALL: [Self; 2] = [Self::Network, Self::InverseCone];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Network => "network",
+            Self::InverseCone => "inverse cone",
+        }
+    }
+
+    /// What a firing says. The baseline is as strong as it gets: its weak answers are kept, of which it has many.
+    fn read(self, ring: &SonarRing, ranges_m: &[f32], network: &Network) -> Interpretation {
+        let scan = ring.scan(ranges_m);
+        match self {
+            Self::Network => Interpretation::new(&scan, network, &SonarModel::INDOOR),
+            Self::InverseCone => {
+                let model = SonarModel { evidence_min: 0.0, ..SonarModel::INDOOR };
+                Interpretation::by_cones((ring, &scan), &InverseCone::CLASSIC, &model)
+            }
+        }
+    }
+}
+
+/// Prints a table with a row for every building and reader.
+pub(super) fn print(n_buildings: u64, pictures: Option<&Path>) -> anyhow::Result<()> {
+    println!(
+        "| seed | way, m | minutes | read by | cells decided | right | of walls | farther than \
+         {BLUR_M} m off faces: right | free cells found free | faces found |"
+    );
+    println!("|{}", "---|".repeat(10));
+    let sonars = meetpoint_sim::SonarRing::RING_24;
+    let (ring, network) = (declared(&sonars), Network::shipped());
+    for seed in 1..=n_buildings {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let params = RoomParams { cell_m: CELL_M, ..RoomParams::OFFICES };
+        let building = random_rooms(FLOOR_M, &params, &mut rng)?;
+        let (poses, way_m) = firings(&tour(&building)?);
+        let heard: Vec<(Pose, Vec<f32>)> =
+            poses.iter().map(|&pose| (pose, sonars.scan(&building, pose, &mut rng))).collect();
+        for reader in Reader::ALL {
+            let mut grid = Grid::new(building.info().frame);
+            for (pose, ranges_m) in &heard {
+                let interpretation = reader.read(&ring, ranges_m, &network);
+                grid.insert_sonar(*pose, &interpretation, &BeamModel::INDOOR);
+            }
+            row(&(seed, way_m), reader.name(), &grid, &building);
+            if let Some(folder) = pictures {
+                let path = folder.join(format!("{seed}-{}.png", reader.name().replace(' ', "-")));
+                std::fs::write(&path, png(&grid.raster(None)))
+                    .with_context(|| format!("cannot write {}", path.display()))?;
+            }
+        }
+    }
+    Ok(())
+}
+
+fn row((seed, way_m): &(u64, f64), name: &str, grid: &Grid, building: &Building) {
+    let minutes = way_m / SPEED_M_PER_S / 60.0;
+    let (all, off_faces) =
+        (Decided::new(grid, building, 0.0), Decided::new(grid, building, BLUR_M));
+    let percent = |n: usize, of: usize| 100.0 * n as f64 / of.max(1) as f64;
+    println!(
+        "| {seed} | {way_m:.0} | {minutes:.0} | {name} | {} | {:.2} % | {:.2} % | {:.2} % | {:.2} % | {:.1} % |",
+        all.n,
+        percent(all.n_right, all.n),
+        percent(all.n_right_walls, all.n_walls),
+        percent(off_faces.n_right, off_faces.n),
+        percent(all.n_found_free, all.n_free),
+        100.0 * faces_found(grid, building, BLUR_M),
+    );
+}
+
+/// Poses [`FIRING_M`] apart along a way, and its length, in metres.
+fn firings(way: &[Pose]) -> (Vec<Pose>, f64) {
+    let mut poses = Vec::new();
+    let (mut way_m, mut fired_m) = (0.0, f64::NEG_INFINITY);
+    for (index, &pose) in way.iter().enumerate() {
+        way_m += if index == 0 { 0.0 } else { way[index - 1].step_to(pose).distance_m() };
+        if fired_m + FIRING_M <= way_m {
+            fired_m = way_m;
+            poses.push(pose);
+        }
+    }
+    (poses, way_m)
+}
