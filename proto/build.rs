@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 16] = [
+const FILES: [&str; 17] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -11,6 +11,7 @@ const FILES: [&str; 16] = [
     "meetpoint/v1/trajectory.proto",
     "meetpoint/v1/map.proto",
     "meetpoint/v1/grid.proto",
+    "meetpoint/v1/change.proto",
     "meetpoint/v1/graph.proto",
     "meetpoint/v1/cost.proto",
     "meetpoint/v1/plan.proto",

@@ -114,6 +114,8 @@ pub(crate) trait Door {
     async fn whereabouts(&self, session: &str, step: Option<u32>) -> Answer<v1::Whereabouts>;
     /// The same as a picture.
     async fn whereabouts_picture(&self, session: &str, step: Option<u32>) -> Answer<Vec<u8>>;
+    /// A page of the changes between two versions.
+    async fn changes(&self, request: v1::ListChangesRequest) -> Answer<v1::ListChangesResponse>;
     /// A page of the ledger of closures.
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>>;
     /// The closure as it is then.

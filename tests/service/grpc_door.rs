@@ -4,6 +4,7 @@ use meetpoint_client::v1;
 use tonic::Status;
 use tonic::transport::Channel;
 use tonic_types::StatusExt;
+use v1::change_service_client::ChangeServiceClient;
 use v1::closure_service_client::ClosureServiceClient;
 use v1::cost_service_client::CostServiceClient;
 use v1::exploration_service_client::ExplorationServiceClient;
@@ -38,6 +39,7 @@ pub(crate) struct GrpcDoor {
     pub(crate) grids: GridServiceClient<Channel>,
     pub(crate) graphs: GraphServiceClient<Channel>,
     pub(crate) jobs: JobServiceClient<Channel>,
+    changes: ChangeServiceClient<Channel>,
     landmarks: LandmarkServiceClient<Channel>,
     closures: ClosureServiceClient<Channel>,
     merges: MergeServiceClient<Channel>,
@@ -58,6 +60,7 @@ impl GrpcDoor {
             graphs: GraphServiceClient::new(channel.clone())
                 .max_decoding_message_size(ANSWER_BYTES_MAX),
             jobs: JobServiceClient::new(channel.clone()),
+            changes: ChangeServiceClient::new(channel.clone()),
             landmarks: LandmarkServiceClient::new(channel.clone()),
             closures: ClosureServiceClient::new(channel.clone()),
             merges: MergeServiceClient::new(channel.clone()),
@@ -336,6 +339,10 @@ impl Door for GrpcDoor {
         let session = session.to_owned();
         let request = v1::GetWhereaboutsRequest { session, step, picture: true };
         Ok(self.landmarks.clone().get_whereabouts(request).await?.into_inner().png)
+    }
+
+    async fn changes(&self, request: v1::ListChangesRequest) -> Answer<v1::ListChangesResponse> {
+        Ok(self.changes.clone().list_changes(request).await?.into_inner())
     }
 
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {

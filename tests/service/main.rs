@@ -3,6 +3,7 @@
 //! A scenario that both protocols can tell is written once against [`door::Door`] and run over
 //! both. Nothing here is timed: what takes a while is looked at until it is there.
 
+mod changes;
 mod closure_json;
 mod door;
 mod drive;

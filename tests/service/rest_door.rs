@@ -351,6 +351,19 @@ impl Door for RestDoor {
         answered_bytes(self.0.get(&path))
     }
 
+    async fn changes(&self, request: v1::ListChangesRequest) -> Answer<v1::ListChangesResponse> {
+        let v1::ListChangesRequest { map, since, version, bounding_box, cells_min, .. } = &request;
+        let box_asked = bounding_box.map_or_else(String::new, |asked| {
+            let v1::BoundingBox { min_x_m, min_y_m, max_x_m, max_y_m } = asked;
+            format!("&bbox={min_x_m},{min_y_m},{max_x_m},{max_y_m}")
+        });
+        let version = version_name(*version);
+        let page = paged(Page(request.page_size, &request.page_token));
+        let query =
+            format!("since={since}&version={version}&cells_min={cells_min}{box_asked}&{page}");
+        Ok(from_json::changes(&self.get(&format!("/v1/maps/{map}/changes?{query}"))?))
+    }
+
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {
         let v1::ListClosuresRequest { map, session, verdict, page_size, page_token } = request;
         let verdict = match v1::ClosureVerdict::try_from(verdict).expect("one of its values") {

@@ -1,5 +1,6 @@
 //! Single questions to the service, over one connection that heals itself.
 
+mod changes;
 mod closures;
 mod exploration;
 mod jobs;

@@ -1,6 +1,7 @@
 //! Occupancy of space in log-odds: the laser's beam model, the grid, its tiles, decay, and images.
 
 mod beam;
+mod changes;
 mod grid;
 mod image;
 mod map_tile;
@@ -11,6 +12,7 @@ mod sonar;
 mod tile;
 
 pub use beam::{BeamModel, LaserGeometry, Reading};
+pub use changes::{Change, ChangeKind, changes};
 pub use grid::{GRID_REACH_CELLS, Grid};
 pub use image::{
     ImportParams, ImportedMap, InvalidImage, InvalidImport, InvalidYaml, MapMode, MapServerGrid,

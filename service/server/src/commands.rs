@@ -1,6 +1,7 @@
 //! The commands that ask a running service, and the one that is it.
 
 pub mod bench;
+pub mod changes;
 pub mod closures;
 pub mod explore;
 pub mod graph;

@@ -3,6 +3,7 @@
 //! Messages are taken apart by pattern, so that a new field breaks the build, and the field at
 //! fault is named by its path.
 
+pub(crate) mod change;
 pub(crate) mod closure;
 pub(crate) mod cost;
 pub(crate) mod exploration;

@@ -1,5 +1,6 @@
 //! gRPC: carries operations, decides nothing.
 
+mod changes;
 mod closures;
 mod costs;
 mod exploration;
@@ -20,6 +21,7 @@ use axum::Router;
 use meetpoint_proto::{FILE_DESCRIPTOR_SET, v1};
 use tonic::codec::CompressionEncoding::{Gzip, Zstd};
 use tonic::service::Routes;
+use v1::change_service_server::ChangeServiceServer;
 use v1::closure_service_server::ClosureServiceServer;
 use v1::cost_service_server::CostServiceServer;
 use v1::exploration_service_server::ExplorationServiceServer;
@@ -61,6 +63,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<RobotServiceServer<Service>>().await;
     health.set_serving::<SessionServiceServer<Service>>().await;
     health.set_serving::<GridServiceServer<Service>>().await;
+    health.set_serving::<ChangeServiceServer<Service>>().await;
     health.set_serving::<GraphServiceServer<Service>>().await;
     health.set_serving::<LandmarkServiceServer<Service>>().await;
     health.set_serving::<ClosureServiceServer<Service>>().await;
@@ -81,6 +84,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(RobotServiceServer, service))
         .add_service(carried!(SessionServiceServer, service))
         .add_service(carried!(GridServiceServer, service))
+        .add_service(carried!(ChangeServiceServer, service))
         .add_service(carried!(GraphServiceServer, service))
         .add_service(carried!(LandmarkServiceServer, service))
         .add_service(carried!(ClosureServiceServer, service))

@@ -31,6 +31,8 @@ enum Command {
     Explore(commands::explore::ExploreArgs),
     /// Save a session's trajectory
     Trajectory(commands::trajectory::TrajectoryArgs),
+    /// Show what became of a map's cells since a version
+    Changes(commands::changes::ChangesArgs),
     /// Make new weights for the network that reads sonar
     Train(commands::train::TrainArgs),
     /// Measure this service on this machine
@@ -76,6 +78,7 @@ async fn main() -> ExitCode {
         Command::Plan(args) => commands::plan::run(args).await,
         Command::Explore(args) => commands::explore::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
+        Command::Changes(args) => commands::changes::run(args).await,
         Command::Train(args) => commands::train::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,

@@ -1,5 +1,6 @@
 //! What the service does, once; gRPC and REST only carry it.
 
+mod changes;
 mod closures;
 pub(crate) mod costs;
 mod exploration;

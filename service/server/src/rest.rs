@@ -3,6 +3,7 @@
 
 mod arcs;
 mod batches;
+mod changes;
 mod closures;
 mod costs;
 mod entity_tag;
@@ -65,6 +66,7 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use crate::service::Service;
+pub(crate) use changes::ChangeList;
 pub(crate) use exploration::{Exploration, code_name as exploration_code_name};
 pub(crate) use graphs::Graph;
 pub(crate) use imports::MapImport;
@@ -130,6 +132,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(tiles::get_tile).layer(drawing.clone()))
         .routes(routes!(graphs::get_graph).layer(drawing.clone()))
         .routes(routes!(regions::get_region))
+        .routes(routes!(changes::list_changes))
         .routes(routes!(landmarks::list_landmarks))
         .routes(routes!(whereabouts::get_whereabouts).layer(drawing.clone()))
         .routes(routes!(closures::list_closures))

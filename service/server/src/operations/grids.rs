@@ -63,7 +63,7 @@ impl GridCache {
     }
 
     /// The tiles in memory: versions of a map share most of theirs.
-    fn known_tiles(&self) -> tiles::Known {
+    pub(super) fn known_tiles(&self) -> tiles::Known {
         let cached = self.0.lock().unwrap_or_else(PoisonError::into_inner);
         let of = |grid: &VersionGrid| {
             let tiles = grid.grid.tiles().map(|(_, tile)| tile.clone());

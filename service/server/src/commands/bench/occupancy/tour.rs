@@ -9,8 +9,8 @@ use meetpoint_geometry::{Cell, Point2, Pose};
 use meetpoint_planning::{Ground, ValueIteration};
 use meetpoint_sim::Building;
 
-/// The robot keeps this off walls, in metres.
-const CLEARANCE_M: f64 = 0.4;
+/// The robot keeps this off walls, in metres: it passes between furniture and walls.
+const CLEARANCE_M: f64 = 0.3;
 /// What is nearer is seen, in metres: sonar tells well so far.
 const SEEN_M: f64 = 2.5;
 /// Steps of the way between looks.
