@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use serde_json::Value;
 
 /// Crates that compute and know nothing of networks, databases or runtimes.
-const PURE_CRATES: [&str; 8] = [
+const PURE_CRATES: [&str; 9] = [
     "service/geometry",
     "service/occupancy",
     "service/tracking",
@@ -15,6 +15,7 @@ const PURE_CRATES: [&str; 8] = [
     "service/planning",
     "service/relaxation",
     "service/merging",
+    "service/places",
     "service/sim",
 ];
 /// What they must not know.

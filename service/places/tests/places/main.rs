@@ -1,0 +1,3 @@
+//! Trees of topological maps, against their definition and in figures.
+
+mod figures;
