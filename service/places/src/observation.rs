@@ -11,7 +11,7 @@ pub struct View {
     /// The name, compared and nothing else.
     pub name: String,
     /// Whether no two places have this view: a place marked as "home" (Kuipers and Byun 1988,
-    /// section 2.3). Where a robot sees the mark, it is there; where it would see it and does
+    /// section 2.5). Where a robot sees the mark, it is there; where it would see it and does
     /// not, the caller gives any other view.
     pub is_unique: bool,
 }
