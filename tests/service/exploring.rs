@@ -9,7 +9,7 @@ use v1::ExplorationCode as Code;
 use v1::explorer::Kind;
 use v1::ingest_batch_request::Kind as Upload;
 
-use crate::door::{Door, eventually, finished, refused};
+use crate::door::{Door, eventually, finished, job_done, refused};
 use crate::drive::{self, START_NS, SimulatedDrive, opened, opening};
 use crate::running::{Launch, empty_folder, meetpoint};
 
@@ -167,6 +167,9 @@ async fn one_robot_and_then_two<D: Door>(door: &D) {
         assert_eq!(0 < n_shared, places.len() == 2, "two go to two places: {n_shared}");
         let all = door.exploration(asked(&map, vec![])).await.expect("all with open sessions");
         assert_eq!(all.robots.len(), robots.len(), "{all:?}");
+        follows_the_relaxed_map(door, &map, &building, &robots).await;
+        // Drawn where robots were, and not where they took themselves to be, it may have holes.
+        explored(door, &map, &mut robots).await;
         for robot in &robots {
             finished(door, &robot.session).await;
         }
@@ -174,6 +177,28 @@ async fn one_robot_and_then_two<D: Door>(door: &D) {
         let share = seen_share(&building, &grid);
         assert!(0.995 < share, "{share} of what can be reached was seen");
         published(door, &map, &robots[0].name).await;
+    }
+}
+
+/// The map is drawn again by a relaxation while the robots stand there: they are told of the new one.
+async fn follows_the_relaxed_map<D: Door>(
+    door: &D,
+    map: &str,
+    building: &Building,
+    robots: &[Explorer<'_>],
+) {
+    let (map, kind) = (map.to_owned(), v1::JobKind::Relax.into());
+    let request = v1::CreateJobRequest { map: map.clone(), kind, ..Default::default() };
+    let job = door.start_job(request).await.expect("there is something to relax");
+    let job = job_done(door, &job.id).await;
+    assert_eq!(job.state, i32::from(v1::JobState::Succeeded), "{job:?}");
+    let now = door.exploration(asked(&map, vec![])).await.expect("a good question");
+    assert!(now.live && job.result_version <= now.map_version, "the new map: {now:?}");
+    for (robot, given) in robots.iter().zip(&now.robots) {
+        let at = given.pose.expect("it has a place");
+        let truth = map_from_building(building) * robot.drive.truth();
+        let error_m = truth.step_to(Pose::new(at.x_m, at.y_m, at.theta_rad)).distance_m();
+        assert!(error_m < 0.15, "{error_m} m off in the map that is drawn again: {given:?}");
     }
 }
 
