@@ -240,6 +240,31 @@ impl Store {
         .await?;
         Ok(rows.into_iter().map(SessionRecord::from).collect())
     }
+
+    /// The sessions of a map that take batches, in the order of their opening, at most `limit`; those of
+    /// one robot if one is given.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub async fn open_sessions(
+        &self,
+        map: &MapId,
+        robot: Option<&RobotId>,
+        limit: u32,
+    ) -> Result<Vec<SessionRecord>, Error> {
+        let rows: Vec<Row> = sqlx::query_as(
+            "select * from placed_sessions
+             where map_id = $1 and state = $2 and ($3 is null or robot_id = $3)
+             order by position limit $4",
+        )
+        .bind(map)
+        .bind(SessionState::Open)
+        .bind(robot)
+        .bind(limit)
+        .fetch_all(self.readers())
+        .await?;
+        Ok(rows.into_iter().map(SessionRecord::from).collect())
+    }
 }
 
 async fn open(connection: &mut SqliteConnection, new: &NewSession) -> Result<OpenedSession, Error> {

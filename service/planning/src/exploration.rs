@@ -175,11 +175,13 @@ impl Exploration {
             return Err(InvalidGround::WrongLength { n_given, n_cells });
         }
         let chart = Chart::new(&self.params, known, robots);
-        let (kept, settled) = self.brought_up(&chart)?;
+        // Put back at the end: nothing half done is ever kept.
+        let (mut kept, settled) = self.brought_up(&chart)?;
         let located: Vec<_> = robots.iter().map(|&robot| chart.locate(robot)).collect();
         let errands = errands::errands(&chart, &mut kept.values, robots, &located);
         let starts = located.iter().flatten().map(|place| place.cell);
         let (frontiers, n_reached) = frontiers::frontiers(&chart, starts);
+        self.kept = Some(kept);
         let cell_m2 = known.info.frame.resolution_m().powi(2);
         let n_observed = known.log_odds.iter().filter(|log_odds| !log_odds.is_nan()).count();
         Ok(Explored {
@@ -204,7 +206,7 @@ impl Exploration {
 
     /// Brings values and ground to what is known now: from what they were, if the cells are the
     /// same, else from scratch.
-    fn brought_up(&mut self, chart: &Chart) -> Result<(&mut Kept, Settled), InvalidGround> {
+    fn brought_up(&mut self, chart: &Chart) -> Result<(Kept, Settled), InvalidGround> {
         let is_same = |kept: &Kept| kept.values.info() == chart.info;
         let mut kept = match self.kept.take().filter(is_same) {
             Some(mut kept) => {
@@ -224,6 +226,6 @@ impl Exploration {
             }
         };
         let settled = kept.values.settle(u32::MAX);
-        Ok((self.kept.insert(kept), settled))
+        Ok((kept, settled))
     }
 }

@@ -24,7 +24,7 @@ use crate::settings::PlanningSettings;
 pub(crate) use advice::{no_route, nowhere};
 pub(crate) use costs::{Cost, CostKind, CostOrigin, Costs, Decision, Removal};
 pub(crate) use ends::{Located, Nowhere, locate};
-pub(crate) use explorations::{Explorations, KeptExploration};
+pub(crate) use explorations::Explorations;
 pub(crate) use field::Field;
 pub(crate) use fields::Fields;
 pub(crate) use motion::{Motion, next_motion};

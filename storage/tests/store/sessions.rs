@@ -145,6 +145,27 @@ async fn sessions_are_listed_in_the_order_of_opening() {
 }
 
 #[tokio::test]
+async fn open_sessions_are_told_from_others() {
+    let fixture = Fixture::new().await;
+    let store = fixture.store.clone();
+    let dan = fixture.open("dan", "monday").await;
+    let ann = fixture.open("ann", "monday").await;
+    let open = async |robot: Option<&RobotId>, limit| {
+        let found = store.open_sessions(&dan.map, robot, limit).await.expect("reading works");
+        found.into_iter().map(|session| session.id).collect::<Vec<_>>()
+    };
+    assert_eq!(open(None, 9).await, [dan.id, ann.id], "in the order of opening");
+    assert_eq!(open(None, 1).await, [dan.id], "no more than asked for");
+    assert_eq!(open(Some(&ann.robot), 9).await, [ann.id], "one robot's");
+    store.close_session(dan.id, dan.epoch, 5).await.expect("it is open");
+    assert_eq!(open(None, 9).await, [ann.id], "one is closed");
+    assert_eq!(open(Some(&dan.robot), 9).await, [], "it has none any more");
+    let lab = MapId("lab".to_owned());
+    let other = store.open_sessions(&lab, None, 9).await.expect("reading works");
+    assert_eq!(other, [], "another map's");
+}
+
+#[tokio::test]
 async fn a_session_survives_reopening_the_database() {
     let fixture = Fixture::new().await;
     let session = fixture.open("ann", "monday").await;

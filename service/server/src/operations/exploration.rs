@@ -1,26 +1,24 @@
 //! Exploration: where robots go to see what nobody has seen.
 
-use std::sync::{Arc, PoisonError};
+use std::sync::Arc;
 use std::time::Instant;
 
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_occupancy::Grid;
-use meetpoint_planning::{Errand, Explored, Known, exploration_rectangle};
+use meetpoint_planning::{Errand, Exploration, Explored, Known, exploration_rectangle};
 use meetpoint_proto::v1;
-use meetpoint_storage::{
-    MapId, PoseRecord, RobotId, SessionFilter, SessionId, SessionRecord, SessionState,
-};
+use meetpoint_storage::{MapId, PoseRecord, RobotId, SessionId, SessionRecord};
 
 use super::maps::shortened;
 use crate::convert::exploration::{
     Asked, Explorer, N_EXPLORERS_MAX, asked, frontiers_to_wire, robot_to_wire,
 };
 use crate::convert::{plan, pose, value_picture};
-use crate::planning::{Choice, Costs, KeptExploration, Standing};
+use crate::planning::{Choice, Costs, Standing};
 use crate::{error::Error, service::Service};
 
-/// Sessions read at a time when looking for open ones.
-const N_SESSIONS_A_PAGE: u32 = 1000;
+/// Open sessions on a map that are looked at. A robot has one, its newest.
+const N_SESSIONS_MAX: u32 = 1000;
 
 /// The grid that is explored.
 struct Ground {
@@ -53,9 +51,10 @@ impl Service {
             picture,
             n_cells_max: self.settings.limits.grid_cells_max,
         };
+        // One after the other, and who waits for that keeps no other query waiting.
+        let mut held = exploration.clone().lock_owned().await;
         let _permit = self.planner.searching.acquire().await.map_err(|_| Error::Stopping)?;
-        let shared = exploration.clone();
-        let answering = tokio::task::spawn_blocking(move || question.answer(&shared));
+        let answering = tokio::task::spawn_blocking(move || question.answer(&mut held));
         let (explored, n_cells, png) = answering.await.map_err(Error::internal)??;
         self.planner.explorations.forget_large(&exploration, n_cells);
         let frontier_m = explored.frontier_m();
@@ -126,13 +125,14 @@ impl Service {
     ) -> Result<Vec<Explorer>, Error> {
         let mut explorers = Vec::new();
         if asked.is_empty() {
-            for session in self.open_sessions(map, None).await? {
-                explorers.push(self.explorer(session, version).await?);
-            }
-            let n = explorers.len();
+            let open = self.store.open_sessions(map, None, N_SESSIONS_MAX).await?;
+            let n = open.len();
             if N_EXPLORERS_MAX < n {
                 let problem = format!("empty, for {n} robots; at most {N_EXPLORERS_MAX} are taken");
                 return Err(Error::field("explorers", problem));
+            }
+            for session in open {
+                explorers.push(self.explorer(session, version).await?);
             }
         }
         for asked in asked {
@@ -146,7 +146,8 @@ impl Service {
                     if self.store.robot(&robot).await?.is_none() {
                         return Err(Error::NoSuchRobot(shortened(&name)));
                     }
-                    match self.open_sessions(map, Some(robot)).await?.pop() {
+                    let open = self.store.open_sessions(map, Some(&robot), N_SESSIONS_MAX);
+                    match open.await?.pop() {
                         Some(session) => self.explorer(session, version).await?,
                         None => Explorer { robot: name, ..Explorer::default() },
                     }
@@ -154,22 +155,6 @@ impl Service {
             });
         }
         Ok(explorers)
-    }
-
-    /// Open sessions on a map, oldest first; of one robot if one is given.
-    async fn open_sessions(
-        &self,
-        map: &MapId,
-        robot: Option<RobotId>,
-    ) -> Result<Vec<SessionRecord>, Error> {
-        let filter = SessionFilter { map: Some(map.clone()), robot };
-        let (mut open, mut after) = (Vec::new(), None);
-        loop {
-            let page = self.store.sessions(&filter, after, N_SESSIONS_A_PAGE).await?;
-            let Some(last) = page.last() else { return Ok(open) };
-            after = Some(last.id);
-            open.extend(page.into_iter().filter(|session| session.state == SessionState::Open));
-        }
     }
 
     /// Where the robot of a session is: at its newest pose, or at the last one of a version if nothing
@@ -232,7 +217,7 @@ struct Question {
 
 impl Question {
     /// What is to be done, of how many cells, and the values as a picture if one is wanted.
-    fn answer(self, exploration: &KeptExploration) -> Result<(Explored, usize, Vec<u8>), Error> {
+    fn answer(self, exploration: &mut Exploration) -> Result<(Explored, usize, Vec<u8>), Error> {
         let bounds = self.grid.bounds().ok_or(Error::NothingObserved)?;
         let (n_cells, limit_cells) = (bounds.n_cells() as u64, self.n_cells_max);
         if limit_cells < n_cells {
@@ -243,10 +228,8 @@ impl Question {
         let closed: Vec<usize> =
             self.costs.obstacles().flat_map(|shape| shape.touched(info)).collect();
         let known = Known { info, log_odds: &raster.log_odds, closed: &closed };
-        // A panic while the lock was held leaves values that are settled anew.
-        let mut exploration = exploration.lock().unwrap_or_else(PoisonError::into_inner);
         let explored = exploration.explore(&known, &self.points).map_err(Error::internal)?;
-        let png = if self.picture { value_picture::png(&exploration)? } else { Vec::new() };
+        let png = if self.picture { value_picture::png(exploration)? } else { Vec::new() };
         Ok((explored, info.n_cells(), png))
     }
 }

@@ -12,7 +12,7 @@ const N_KEPT: usize = 4;
 const N_CELLS_KEPT: usize = 4 << 20;
 
 /// An exploration that questions share, one after the other.
-pub(crate) type KeptExploration = Arc<Mutex<Exploration>>;
+pub(super) type KeptExploration = Arc<tokio::sync::Mutex<Exploration>>;
 
 /// A map, and the bits of a radius.
 type Key = (MapId, u64);
@@ -29,7 +29,7 @@ impl Explorations {
         let place = kept.iter().position(|(other, _)| *other == key);
         let found = place.and_then(|place| kept.remove(place)).unwrap_or_else(|| {
             let params = ExplorationParams { radius_m, ..ExplorationParams::INDOOR };
-            (key, Arc::new(Mutex::new(Exploration::new(params))))
+            (key, Arc::new(tokio::sync::Mutex::new(Exploration::new(params))))
         });
         let exploration = found.1.clone();
         kept.push_back(found);
