@@ -19,6 +19,8 @@ const ROBOT: Robot = Robot { n_ticks_per_scan: 4, ..Robot::INDOOR };
 const RADIUS_M: f64 = 0.3;
 /// Ticks between two questions: two seconds.
 const N_TICKS_A_ROUND: usize = 40;
+/// Robots are done that were told so in so many rounds, in which they turned around.
+const N_ROUNDS_DONE: u32 = 3;
 /// Robots that are not done after so many rounds never will be: thirteen minutes.
 const N_ROUNDS_MAX: u32 = 400;
 
@@ -101,7 +103,7 @@ fn asked(map: &str, explorers: Vec<Kind>) -> v1::GetExplorationRequest {
 async fn explored<D: Door>(door: &D, map: &str, robots: &mut [Explorer<'_>]) -> u32 {
     let names = robots.iter().map(|robot| Kind::Robot(robot.name.clone())).collect();
     let request = asked(map, names);
-    let mut n_shared = 0;
+    let (mut n_shared, mut n_done) = (0, 0);
     for _ in 0..N_ROUNDS_MAX {
         for robot in &mut *robots {
             robot.drive_on(door).await;
@@ -116,7 +118,11 @@ async fn explored<D: Door>(door: &D, map: &str, robots: &mut [Explorer<'_>]) -> 
             let is_idle = matches!(given.code(), Code::Explored | Code::LeftToOthers);
             assert!(is_going || is_idle, "it is where it can be: {given:?}");
             assert_eq!(given.points.last(), given.goal.as_ref(), "the way ends there: {given:?}");
-            robot.follow(given);
+            match given.code() {
+                Code::Explored if n_done == 0 => robot.drive.look_around(),
+                Code::Explored => {}
+                _ => robot.follow(given),
+            }
         }
         let goals: Vec<_> = now.robots.iter().filter_map(|given| given.goal).collect();
         if let [a, b] = goals[..] {
@@ -125,6 +131,9 @@ async fn explored<D: Door>(door: &D, map: &str, robots: &mut [Explorer<'_>]) -> 
         }
         if now.explored {
             assert!(goals.is_empty() && now.frontier_m == 0.0, "nothing is left: {now:?}");
+        }
+        n_done = if now.explored { n_done + 1 } else { 0 };
+        if n_done == N_ROUNDS_DONE {
             return n_shared;
         }
     }

@@ -4,6 +4,8 @@
 //! pure pursuit path tracking algorithm", CMU-RI-TR-92-01): it turns towards it, slower the more
 //! it has to turn, within its limits of speed, turn rate and acceleration.
 
+use std::f64::consts::TAU;
+
 use meetpoint_geometry::{Point2, Pose, angle_between};
 use rand_chacha::ChaCha8Rng;
 
@@ -104,6 +106,8 @@ pub struct Drive<'a> {
     start_ns: i64,
     n_ticks: u32,
     n_ticks_max: u32,
+    /// How far it still turns on the spot to look around, in radians.
+    turn_left_rad: f64,
     /// What is needed on ways that somebody else gives; `None` on ways that are known to be free.
     bumper: Option<Bumper>,
     rng: ChaCha8Rng,
@@ -134,6 +138,7 @@ impl<'a> Drive<'a> {
             odometer: Odometer::new(robot.odometry_error),
             start_ns,
             n_ticks: 0,
+            turn_left_rad: 0.0,
             bumper: None,
             rng,
         })
@@ -159,6 +164,7 @@ impl<'a> Drive<'a> {
             start_ns,
             n_ticks: 0,
             n_ticks_max: 1,
+            turn_left_rad: 0.0,
             bumper: Some(Bumper::default()),
             rng,
         })
@@ -173,7 +179,14 @@ impl<'a> Drive<'a> {
         self.next = 0;
         let more = n_ticks_max(&self.path, &self.robot).max(N_TICKS_LEAST);
         self.n_ticks_max = self.n_ticks.saturating_add(more);
+        self.turn_left_rad = 0.0;
         self.bumper.get_or_insert_default();
+    }
+
+    /// Has the robot turn around once where it is, in place of its way.
+    pub fn look_around(&mut self) {
+        self.follow(&[]);
+        self.turn_left_rad = TAU;
     }
 
     /// Seconds since the robot started, by its clock.
@@ -193,12 +206,18 @@ impl<'a> Drive<'a> {
     }
 
     fn has_arrived(&self) -> bool {
-        let is_last = self.next + 1 == self.path.len();
+        let is_last = self.next + 1 == self.path.len() && self.turn_left_rad <= 0.0;
         is_last && (self.path[self.next] - self.truth.position()).norm() < ARRIVED_M
     }
 
     /// Moves the robot for the time of one tick.
     fn advance(&mut self) {
+        if 0.0 < self.turn_left_rad {
+            let turn_rad = (self.robot.turn_max_rad_per_s * self.tick_s()).min(self.turn_left_rad);
+            self.turn_left_rad -= turn_rad;
+            self.speed_m_per_s = 0.0;
+            return self.step(arc(0.0, turn_rad));
+        }
         let position = self.truth.position();
         let look_ahead_m = if self.bumper.is_some() { LOOK_AHEAD_GIVEN_M } else { LOOK_AHEAD_M };
         let is_near = |index: usize| (self.path[index] - position).norm() < look_ahead_m;
@@ -215,6 +234,10 @@ impl<'a> Drive<'a> {
 
         let step = arc(self.speed_m_per_s * self.tick_s(), turn_rad_per_s * self.tick_s());
         let step = self.bumped(step);
+        self.step(step);
+    }
+
+    fn step(&mut self, step: Pose) {
         self.truth = self.truth * step;
         self.odometer.count(step, &mut self.rng);
     }

@@ -162,6 +162,21 @@ fn goes_where_it_is_told() {
 }
 
 #[test]
+fn looks_around_where_it_is() {
+    let (world, robot) = (hall(), blind(OdometryError::NONE));
+    let start = Pose::new(1.0, 1.0, 0.5);
+    let rng = ChaCha8Rng::seed_from_u64(1);
+    let mut drive = Drive::standing(&world.building, robot, start, 0, rng).expect("room");
+    drive.look_around();
+    let ticks: Vec<Tick> = drive.by_ref().collect();
+    let turned = ticks.windows(2).map(|pair| pair[0].truth.step_to(pair[1].truth));
+    let turned_rad: f64 = turned.map(|step| step.theta_rad).sum();
+    assert!((turned_rad - std::f64::consts::TAU).abs() < 1e-9, "{turned_rad} rad");
+    assert_eq!(drive.truth().position(), start.position(), "on the spot");
+    assert!(drive.next().is_none(), "and then it stands");
+}
+
+#[test]
 fn touches_no_wall_wherever_it_is_told_to_go() {
     let start = Pose::new(1.0, 1.0, 0.0);
     let beyond = Point2::new(-2.0, 1.0);

@@ -16,6 +16,9 @@ use super::floor::Floor;
 const RESOLUTION_M: f64 = 0.05;
 /// Ticks between two questions: a second.
 const N_TICKS_A_ROUND: usize = 20;
+/// Robots are done that were told so for so many rounds, in which they turned around: one wrong reading
+/// may close a door for a while.
+const N_ROUNDS_DONE: u32 = 6;
 /// Who is not done after so many seconds is stopped.
 const DURATION_MAX_S: f64 = 1800.0;
 /// Robots with a scan every fifth of a second.
@@ -68,6 +71,8 @@ pub(crate) struct Fleet<'a> {
     members: Vec<Member<'a>>,
     exploration: Exploration,
     params: ExplorationParams,
+    /// Rounds since when all were told that nothing is left.
+    n_rounds_done: u32,
     way_m: f64,
     errors_m: Vec<f64>,
 }
@@ -91,7 +96,8 @@ impl<'a> Fleet<'a> {
             members.push(Member { drive, map_from_robot: start });
         }
         let exploration = Exploration::new(params);
-        Self { floor, map, members, exploration, params, way_m: 0.0, errors_m: vec![] }
+        let (way_m, errors_m) = (0.0, vec![]);
+        Self { floor, map, members, exploration, params, n_rounds_done: 0, way_m, errors_m }
     }
 
     /// Has the robots explore until nothing is left.
@@ -150,7 +156,11 @@ impl<'a> Fleet<'a> {
         let mut n_going = 0;
         for (member, errand) in self.members.iter_mut().zip(&explored.errands) {
             let Errand::Go(way) = errand else {
-                member.drive.follow(&[]);
+                match errand {
+                    Errand::Explored if self.n_rounds_done == 0 => member.drive.look_around(),
+                    Errand::Explored => {}
+                    _ => member.drive.follow(&[]),
+                }
                 continue;
             };
             n_going += 1;
@@ -160,7 +170,8 @@ impl<'a> Fleet<'a> {
             member.drive.follow(&way);
         }
         let is_done = explored.errands.iter().all(|errand| *errand == Errand::Explored);
-        (is_done, explored.frontier_m(), n_going)
+        self.n_rounds_done = if is_done { self.n_rounds_done + 1 } else { 0 };
+        (N_ROUNDS_DONE <= self.n_rounds_done, explored.frontier_m(), n_going)
     }
 }
 

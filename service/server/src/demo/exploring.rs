@@ -24,6 +24,8 @@ const ROBOT: &str = "explorer";
 const SPARE_M: f64 = 0.1;
 /// Ticks between two questions: a second of driving.
 const N_TICKS_A_ROUND: usize = 20;
+/// It believes that nothing is left when it was told so for so many rounds, in which it turned around.
+const N_ROUNDS_DONE: u32 = 6;
 /// A robot that is not done by then never will be, in seconds of its clock.
 const DURATION_MAX_S: f64 = 900.0;
 /// Between two looks at whether a round is mapped.
@@ -45,7 +47,7 @@ pub(super) async fn explored(client: &Client, data: &Path, seed: u64) -> anyhow:
     let drive = Drive::standing(&building, Robot::INDOOR, start, START_NS, rng);
     let mut drive = drive.context("the robot does not fit at its start")?;
     let robot = started(client, data).await?;
-    let (mut way_m, mut n_questions) = (0.0, 0_u32);
+    let (mut way_m, mut n_questions, mut n_done) = (0.0, 0_u32, 0_u32);
     let last = loop {
         let ticks: Vec<Tick> = drive.by_ref().take(N_TICKS_A_ROUND).collect();
         way_m += ticks
@@ -55,10 +57,16 @@ pub(super) async fn explored(client: &Client, data: &Path, seed: u64) -> anyhow:
         let told = asked(client, &robot, &ticks).await?;
         n_questions += 1;
         anyhow::ensure!(drive.elapsed_s() < DURATION_MAX_S, "{ROBOT} found no end of it");
-        let Some(given) = told.robots.first().filter(|given| given.goal.is_some()) else {
+        let given = told.robots.first().context("the robot has no place in its map")?;
+        match given.goal {
+            Some(_) => follow(&mut drive, given),
+            None if n_done == 0 => drive.look_around(),
+            None => {}
+        }
+        n_done = if given.goal.is_none() { n_done + 1 } else { 0 };
+        if n_done == N_ROUNDS_DONE {
             break told;
-        };
-        follow(&mut drive, given);
+        }
     };
     tell(&last, drive.elapsed_s(), way_m, n_questions);
     let session = robot.finish().await.context("the explorer's run was refused")?;

@@ -95,8 +95,8 @@ pub(crate) struct RobotExploration {
     #[serde(skip_serializing_if = "String::is_empty")]
     #[schema(required = false)]
     session: String,
-    /// `OK`: go to the goal. `EXPLORED`: it can reach nothing that is unexplored. `LEFT_TO_OTHERS`:
-    /// the others will see all that it can reach. `START_OCCUPIED`: it does not fit where it is.
+    /// `OK`: go to the goal. `EXPLORED`: it can reach nothing that is unexplored; one wrong reading may
+    /// close a door for a moment, so look around and ask again. `LEFT_TO_OTHERS`: the others will see all that it can reach. `START_OCCUPIED`: it does not fit where it is.
     /// `OUTSIDE_MAP`: it is away from all that was observed. `NOT_PLACED`: nobody knows where in the
     /// map it is.
     #[schema(example = "OK")]
