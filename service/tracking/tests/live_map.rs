@@ -167,14 +167,30 @@ fn corrects_the_odometrys_frame() {
     }
 }
 
+fn office_scans() -> Vec<Observation> {
+    let is_scan = |it: &&Observation| !matches!(it.kind, ObservationKind::OdometryPose(_));
+    office_observations().iter().filter(is_scan).cloned().collect()
+}
+
 #[test]
 fn follows_without_odometry() {
-    let scans_only: Vec<Observation> = office_observations()
-        .iter()
-        .filter(|observation| !matches!(observation.kind, ObservationKind::OdometryPose(_)))
-        .cloned()
-        .collect();
-    let estimates = apply_all(&mut office_map(), ROBOT, &scans_only);
+    let estimates = apply_all(&mut office_map(), ROBOT, &office_scans());
+    let error_m = error_max_m(&estimates, &office_drive());
+    assert!(error_m < DRIFT_MAX_M, "{error_m} m off at worst");
+}
+
+/// Scans wait somewhere and are stamped when they come through: five of them a millisecond apart, one of
+/// them before the last.
+#[test]
+fn follows_without_odometry_by_stamps_that_stutter() {
+    let mut scans = office_scans();
+    for (index, scan) in scans.iter_mut().enumerate() {
+        let n_before = index % 5;
+        let late_ns = if n_before == 3 { -2_000_000 } else { 1_000_000 };
+        scan.stamp_ns = stamp_ns(index - n_before + 5)
+            + late_ns * i64::try_from(n_before).expect("less than five");
+    }
+    let estimates = apply_all(&mut office_map(), ROBOT, &scans);
     let error_m = error_max_m(&estimates, &office_drive());
     assert!(error_m < DRIFT_MAX_M, "{error_m} m off at worst");
 }

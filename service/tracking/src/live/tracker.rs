@@ -114,7 +114,8 @@ impl Tracker {
         step.is_finite().then_some(step)
     }
 
-    /// The step since the last scan if the one before it goes on, or `None` if there was none.
+    /// The step since the last scan if the one before it goes on for as long as stamps say, or `None` if
+    /// there was none.
     fn step_by_momentum(&self, stamp_ns: i64) -> Option<Pose> {
         let (step, seconds) = self.state.last_step?;
         let share = seconds_between(self.state.stamp_ns?, stamp_ns) / seconds;
@@ -122,10 +123,12 @@ impl Tracker {
         goes_on.then(|| Pose::IDENTITY.interpolate(step, share))
     }
 
-    /// The pose at a moment from what came before: by odometry, or without it by momentum.
+    /// The pose at a moment from what came before: by odometry, or without it one step on: lasers turn
+    /// evenly, whatever stamps say that were made when scans had come to a computer.
     pub(crate) fn predicted(&self, stamp_ns: i64) -> Pose {
         let here = self.state.map_from_robot;
-        let step = self.step_by_odometry(stamp_ns).or_else(|| self.step_by_momentum(stamp_ns));
+        let one_on = || self.state.last_step.map(|(step, _)| step);
+        let step = self.step_by_odometry(stamp_ns).or_else(one_on);
         let pose = here * step.unwrap_or(Pose::IDENTITY);
         if pose.is_finite() { pose } else { here }
     }
@@ -277,8 +280,7 @@ impl Tracker {
         let state = &mut self.state;
         let seconds = state.stamp_ns.map(|before| seconds_between(before, stamp_ns));
         let step = state.map_from_robot.step_to(pose);
-        state.last_step =
-            seconds.filter(|&seconds| 0.0 < seconds && n_lost == 0).map(|seconds| (step, seconds));
+        state.last_step = seconds.filter(|_| n_lost == 0).map(|seconds| (step, seconds));
         state.map_from_robot = pose;
         state.odometry_from_robot = self.odometry.pose_at(stamp_ns);
         state.stamp_ns = Some(stamp_ns);
