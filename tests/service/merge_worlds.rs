@@ -91,13 +91,23 @@ pub(crate) fn through_the_twins(way: &str, seed: u64) -> SimulatedDrive {
     through(TWINS, way, seed)
 }
 
+/// Where the twins' places are, in the building's frame, in metres.
+pub(crate) fn places_of_the_twins(names: &str) -> Vec<[f64; 2]> {
+    let places = building(TWINS).places(names).expect("places that are drawn");
+    places.iter().map(|at| [at.x, at.y]).collect()
+}
+
 /// A scan every fifth of a second.
 fn through(drawing: &str, way: &str, seed: u64) -> SimulatedDrive {
-    let building = Building::from_drawing(drawing.trim_start_matches('\n'), CHARACTER_M);
-    let building = building.expect("a good drawing");
+    let building = building(drawing);
     let robot = Robot { n_ticks_per_scan: 4, ..Robot::INDOOR };
     let places = building.places(way).expect("places that are drawn");
     SimulatedDrive::by_way_of(&building, robot, &places, seed)
+}
+
+fn building(drawing: &str) -> Building {
+    let building = Building::from_drawing(drawing.trim_start_matches('\n'), CHARACTER_M);
+    building.expect("a good drawing")
 }
 
 /// Where a drive truly begins in the frame of another one's start.

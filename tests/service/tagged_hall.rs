@@ -4,26 +4,21 @@
 use meetpoint_client::v1;
 use meetpoint_geometry::Point2;
 use meetpoint_sim::{Building, Laser, OdometryError, Robot};
-use v1::observation::Kind;
 
 use crate::door::{Door, FIRST_PAGE, finished, job_done};
-use crate::drive::{SimulatedDrive, observation, opened, opening, send};
+use crate::drive::{SimulatedDrive, opened, opening, send};
 use crate::relaxing::{relax_with, trajectory};
 use crate::running::{Launch, empty_folder};
+use crate::tag_camera::{batches_with_tags, camera};
 
 const MAP: &str = "tagged";
-const CAMERA: &str = "camera";
 /// Tags in the hall, in the building's frame, in metres.
 const TAGS_M: [[f64; 2]; 5] = [[10.0, 7.0], [20.0, 9.0], [33.0, 15.0], [20.0, 22.5], [7.0, 15.0]];
 /// What the robot drives past, half around twice.
 const WAY_M: [[f64; 2]; 7] =
     [[8.0, 8.0], [32.0, 8.0], [32.0, 22.0], [8.0, 22.0], [8.0, 8.0], [32.0, 8.0], [32.0, 22.0]];
-/// The camera sees tags so far, in metres, and to half of its field of view, in radians.
-const SEEN_MAX_M: f64 = 5.0;
-const HALF_FIELD_OF_VIEW_RAD: f64 = 1.0;
 /// Of the sightings one in so many does not tell which tag it is.
 const ANONYMOUS_EACH: usize = 10;
-const N_TICKS_A_BATCH: usize = 40;
 
 /// A hall of 40 m by 30 m, and odometry that ends some 13 m off.
 fn drive() -> SimulatedDrive {
@@ -37,38 +32,9 @@ fn drive() -> SimulatedDrive {
     SimulatedDrive::by_way_of(&hall, robot, &way, 3)
 }
 
-fn camera() -> v1::Sensor {
-    let half_field_of_view_rad = HALF_FIELD_OF_VIEW_RAD;
-    let detector = v1::LandmarkDetector { range_max_m: SEEN_MAX_M, half_field_of_view_rad };
-    v1::Sensor {
-        id: CAMERA.to_owned(),
-        robot_from_sensor: None,
-        kind: Some(v1::sensor::Kind::LandmarkDetector(detector)),
-    }
-}
-
-/// The drive's batches with what the camera sees, and how many sightings that is: ranges are 3 % too long.
+/// The drive's batches with what the camera sees, and how many sightings that is.
 fn batches(drive: &SimulatedDrive) -> (Vec<v1::Batch>, usize) {
-    let (mut batches, mut n_sightings) = (drive.batches(N_TICKS_A_BATCH), 0);
-    for (index, tick) in drive.ticks.iter().enumerate().step_by(5) {
-        for (tag, [x_m, y_m]) in TAGS_M.into_iter().enumerate() {
-            let there = tick.truth.inverse() * Point2::new(x_m, y_m);
-            let (range_m, bearing_rad) = (there.coords.norm() * 1.03, there.y.atan2(there.x));
-            if SEEN_MAX_M < range_m || HALF_FIELD_OF_VIEW_RAD < bearing_rad.abs() {
-                continue;
-            }
-            n_sightings += 1;
-            let sighting = v1::LandmarkSighting {
-                identity: (n_sightings % ANONYMOUS_EACH != 0).then(|| format!("tag {tag}")),
-                landmark_type: "tag".to_owned(),
-                bearing_rad: Some(bearing_rad),
-                range_m: Some(range_m),
-            };
-            let sighting = observation(tick.stamp_ns, CAMERA, Kind::LandmarkSighting(sighting));
-            batches[index / N_TICKS_A_BATCH].observations.push(sighting);
-        }
-    }
-    (batches, n_sightings)
+    batches_with_tags(drive, &TAGS_M, Some(ANONYMOUS_EACH))
 }
 
 /// What a relax job tells of the only session, and the job.

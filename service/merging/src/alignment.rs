@@ -13,7 +13,7 @@ pub struct Alignment {
     /// row. Of the newcomer's origin, which may be far from the overlap.
     pub covariance: [[f64; 3]; 3],
     /// Logarithm of the odds against the two maps lying nowhere on one another, by all walls of both
-    /// that lie where the other one looked.
+    /// that lie where the other one looked, and by landmarks with names.
     pub log_odds: f64,
     /// Logarithm of the odds against the likeliest other place; `None` if no other was found.
     pub margin: Option<f64>,
@@ -27,6 +27,10 @@ pub struct Alignment {
     /// Walls of the newcomer where the site is clearly free, as a share of those that lie where the site
     /// has seen; or the same of the site's walls, whichever is more. In 0..=1.
     pub contradiction: f64,
+    /// Landmarks with names that both maps have...
+    pub n_named: usize,
+    /// ...and those of them that lie together.
+    pub n_named_agreeing: usize,
 }
 
 /// Whether the newcomer is to be put into the site.

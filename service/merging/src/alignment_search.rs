@@ -3,7 +3,8 @@
 //! Pieces of the newcomer are searched for all over the site, at any heading, by branch and bound; each
 //! place where one fits says where the whole newcomer may lie. These places are refined by all walls,
 //! those that come to the same are joined, and each is judged by what the walls of both maps say of it,
-//! and against the others. Time O(pieces * headings * area of the site), and O(places * walls).
+//! and against the others. Landmarks with names that both maps have say where it may lie too, and which
+//! place it is. Time O(pieces * headings * area of the site), and O(places * walls).
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::num::NonZero;
@@ -16,12 +17,13 @@ use crate::alignment::{Alignment, Alignments, SearchFigures, Verdict};
 use crate::alignment_params::AlignmentParams;
 use crate::evidence::{Evidence, middle};
 use crate::merge_rules::MergeRules;
+use crate::named_landmarks::places_by_names;
 use crate::overlap::overlap;
 use crate::part::Part;
 use crate::patches::{Patch, patches};
 use crate::reason::Reason;
 use crate::refinement::{Refined, refined};
-use crate::rivals::margin;
+use crate::rivals::{margin, named_margin};
 use crate::slides::least_margin;
 use crate::verdict::{Standing, judged};
 
@@ -98,6 +100,7 @@ impl AlignmentSearch {
     ) -> Self {
         let is_enough = few_walls(&site, &newcomer, rules.walls_min_m).is_none();
         let patches = if is_enough { patches(&newcomer, &params) } else { Vec::new() };
+        let peaks = if is_enough { places_by_names(&site, &newcomer) } else { Vec::new() };
         let n_patches = patches.len();
         let by_wall_directions = is_directed(&site) && is_directed(&newcomer);
         Self {
@@ -106,7 +109,7 @@ impl AlignmentSearch {
             params,
             rules,
             patches,
-            peaks: Vec::new(),
+            peaks,
             places: Vec::new(),
             figures: SearchFigures { n_patches, by_wall_directions, ..SearchFigures::default() },
             work: Work::Patches(0, n_patches),
@@ -274,6 +277,10 @@ impl AlignmentSearch {
                 N_WALLS_FULL,
             ),
             std_m: best.refined.weakest().0,
+            named: (
+                best.evidence.named.log_odds,
+                rival.map_or(0.0, |rival| named_margin(&best.evidence, &rival.evidence)),
+            ),
         };
         let (verdict, reasons) = judged(&standing, &self.rules);
         if verdict == Verdict::NoOverlap {
@@ -316,6 +323,8 @@ impl AlignmentSearch {
             overlap_share,
             agreement: place.evidence.agreement(),
             contradiction: place.evidence.contradiction(),
+            n_named: place.evidence.named.n_common,
+            n_named_agreeing: place.evidence.named.n_agreeing,
         }
     }
 }

@@ -14,6 +14,7 @@
 use meetpoint_geometry::{Point2, Pose, Vector2};
 
 use crate::ground::Known;
+use crate::named_landmarks::NamedTestimony;
 use crate::part::Part;
 use crate::walls::Wall;
 
@@ -44,13 +45,15 @@ pub(crate) struct Testimony {
     pub(crate) n_contradicting: usize,
 }
 
-/// What both maps' walls say of a place.
+/// What both maps' walls, and the names that they have in common, say of a place.
 #[derive(Clone, Debug)]
 pub(crate) struct Evidence {
     /// Of the newcomer's walls.
     pub(crate) newcomer: Testimony,
     /// Of the site's.
     pub(crate) site: Testimony,
+    /// Of the landmarks with names.
+    pub(crate) named: NamedTestimony,
 }
 
 impl Evidence {
@@ -63,12 +66,13 @@ impl Evidence {
         Self {
             newcomer: Testimony::new(newcomer, site, site_from_newcomer, n_max),
             site: Testimony::new(site, newcomer, site_from_newcomer.inverse(), n_max),
+            named: NamedTestimony::new((site, newcomer), site_from_newcomer),
         }
     }
 
     /// Logarithm of the odds against no overlap.
     pub(crate) fn log_odds(&self) -> f64 {
-        0.5 * (self.newcomer.sum() + self.site.sum())
+        0.5 * (self.newcomer.sum() + self.site.sum()) + self.named.log_odds
     }
 
     /// Share of the walls that agree, by the map of which fewer do.

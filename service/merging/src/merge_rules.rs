@@ -21,6 +21,10 @@ pub struct MergeRules {
     /// the evidence that all places share grows with the row, and what the ends of the row say against
     /// some of them grows with it, and is worth nothing.
     pub margin_share_min: f64,
+    /// ...unless names say it: with so much of the margin theirs...
+    pub named_margin_min: f64,
+    /// ...and so many of them lying where the other map has them. One may be another landmark of that name.
+    pub named_min: usize,
     /// Area that both maps must have seen, in square metres.
     pub overlap_min_m2: f64,
     /// Share of the walls in the overlap that must agree.
@@ -43,6 +47,8 @@ impl MergeRules {
         log_odds_proposed_min: 8.0,
         margin_min: 6.0,
         margin_share_min: 0.1,
+        named_margin_min: 12.0,
+        named_min: 2,
         overlap_min_m2: 15.0,
         agreement_min: 0.6,
         contradiction_max: 0.15,

@@ -6,6 +6,7 @@ use meetpoint_tracking::LaserTravel;
 
 use crate::alignment_params::AlignmentParams;
 use crate::ground::Ground;
+use crate::named_landmarks::NamedLandmark;
 use crate::nearest_walls::NearestWalls;
 use crate::search_field::{SearchField, known_m2};
 use crate::walls::{Wall, main_direction, walls};
@@ -23,6 +24,8 @@ pub struct Part {
     /// Of most walls modulo a quarter turn, in radians, and how many say so, in 0..=1.
     pub(crate) direction: (f64, f64),
     known_m2: f64,
+    /// Landmarks with names, in its frame.
+    pub(crate) landmarks: Vec<NamedLandmark>,
 }
 
 impl Part {
@@ -37,7 +40,14 @@ impl Part {
             known_m2: known_m2(&ground),
             ground,
             walls,
+            landmarks: Vec::new(),
         }
+    }
+
+    /// The same with landmarks that have names, in its frame.
+    #[must_use]
+    pub fn with_landmarks(self, landmarks: Vec<NamedLandmark>) -> Self {
+        Self { landmarks, ..self }
     }
 
     /// Of the scans of some sessions in one frame, drawn at their poses; scans that live mapping did not

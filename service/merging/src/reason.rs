@@ -67,6 +67,13 @@ pub enum Reason {
         /// How far it would be turned, in radians.
         apart_rad: f64,
     },
+    /// Landmarks with names lie elsewhere than the other map has them.
+    NamedElsewhere {
+        /// So many of those that both maps have...
+        n_elsewhere: usize,
+        /// ...of so many.
+        n_common: usize,
+    },
     /// The walls let the newcomer slide: along a corridor, say.
     Slides {
         /// Logarithm of the odds against having slid.
@@ -132,6 +139,9 @@ impl fmt::Display for Reason {
                     f,
                     "log odds {margin:.1} against having slid by {slide_m:.1} m, needed are {margin_min:.1}"
                 )
+            }
+            Self::NamedElsewhere { n_elsewhere, n_common } => {
+                write!(f, "{n_elsewhere} of {n_common} landmarks with names lie elsewhere")
             }
             Self::Unsure { std_m, std_max_m } => {
                 write!(f, "the place is known to {std_m:.2} m, needed are {std_max_m:.2} m")

@@ -16,9 +16,15 @@ use crate::evidence::{Evidence, Testimony};
 /// some evidence, because most of a building is unlike the rest.
 const UNSEEN: f64 = 0.2;
 
-/// Logarithm of the odds of one place against another, by all walls.
+/// Logarithm of the odds of one place against another, by all walls and names.
 pub(crate) fn margin(place: &Evidence, rival: &Evidence) -> f64 {
-    0.5 * (lead(&place.newcomer, &rival.newcomer) + lead(&place.site, &rival.site))
+    let by_walls = 0.5 * (lead(&place.newcomer, &rival.newcomer) + lead(&place.site, &rival.site));
+    by_walls + named_margin(place, rival)
+}
+
+/// The share of it that names say.
+pub(crate) fn named_margin(place: &Evidence, rival: &Evidence) -> f64 {
+    place.named.log_odds - rival.named.log_odds
 }
 
 fn lead(place: &Testimony, rival: &Testimony) -> f64 {

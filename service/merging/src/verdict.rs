@@ -14,6 +14,8 @@ pub(crate) struct Standing<'a> {
     pub(crate) slide: (f64, f64),
     /// Standard deviation at the overlap, in metres.
     pub(crate) std_m: f64,
+    /// What names say of the logarithm of the odds, and of the margin over the strongest rival.
+    pub(crate) named: (f64, f64),
 }
 
 /// The verdict on the best place, and why.
@@ -52,19 +54,35 @@ fn contradicted(best: &Alignment, contradiction_max: f64) -> Option<Reason> {
 /// Why it may lie elsewhere.
 fn doubts(standing: &Standing<'_>, rules: &MergeRules) -> Vec<Reason> {
     let best = standing.best;
-    let margin_min = rules.margin_min.max(rules.margin_share_min * best.log_odds);
     let (apart_m, apart_rad) = standing.rival_apart;
-    let rival = best.margin.filter(|margin| *margin < margin_min);
-    let rival = rival.map(|margin| Reason::Rival { margin, margin_min, apart_m, apart_rad });
+    let rival = best.margin.and_then(|margin| lacking(margin, standing, rules));
+    let rival =
+        rival.map(|(margin, margin_min)| Reason::Rival { margin, margin_min, apart_m, apart_rad });
     let margin_min = rules.margin_min;
     let (margin, slide_m) = standing.slide;
     let slides = (margin < margin_min).then_some(Reason::Slides { margin, margin_min, slide_m });
     rival.into_iter().chain(slides).collect()
 }
 
+/// The margin over the strongest rival and what is needed, if it is not enough: in all, or of what walls
+/// say, unless names decide.
+fn lacking(margin: f64, standing: &Standing<'_>, rules: &MergeRules) -> Option<(f64, f64)> {
+    let (log_odds, named_margin) = standing.named;
+    let by_walls_min = rules.margin_share_min * (standing.best.log_odds - log_odds);
+    if margin < rules.margin_min {
+        return Some((margin, rules.margin_min.max(by_walls_min)));
+    }
+    let is_named =
+        rules.named_margin_min <= named_margin && rules.named_min <= standing.best.n_named_agreeing;
+    let by_walls = margin - named_margin;
+    (!is_named && by_walls < by_walls_min).then_some((by_walls, by_walls_min))
+}
+
 /// Why a person should look.
 fn weaknesses(standing: &Standing<'_>, rules: &MergeRules) -> Vec<Reason> {
-    let Alignment { log_odds, overlap_m2, agreement, .. } = *standing.best;
+    let Alignment { log_odds, overlap_m2, agreement, n_named, n_named_agreeing, .. } =
+        *standing.best;
+    let n_elsewhere = n_named - n_named_agreeing;
     let MergeRules { log_odds_min, overlap_min_m2, agreement_min, std_max_m, .. } = *rules;
     let std_m = standing.std_m;
     [
@@ -73,6 +91,8 @@ fn weaknesses(standing: &Standing<'_>, rules: &MergeRules) -> Vec<Reason> {
             .then_some(Reason::SmallOverlap { overlap_m2, overlap_min_m2 }),
         (agreement < agreement_min).then_some(Reason::WallsDisagree { agreement, agreement_min }),
         contradicted(standing.best, rules.contradiction_max),
+        (n_named_agreeing < n_elsewhere)
+            .then_some(Reason::NamedElsewhere { n_elsewhere, n_common: n_named }),
         (std_max_m < std_m).then_some(Reason::Unsure { std_m, std_max_m }),
     ]
     .into_iter()

@@ -2,4 +2,5 @@
 
 mod alignment;
 mod drawn;
+mod named;
 mod placement;

@@ -62,6 +62,8 @@ pub(crate) fn alignment(
         overlap_share,
         agreement,
         contradiction,
+        n_named,
+        n_named_agreeing,
     } = found;
     v1::MergeAlignment {
         id: alignment_id(session, onto, *site_from_newcomer).to_string(),
@@ -74,8 +76,8 @@ pub(crate) fn alignment(
         agreement: *agreement,
         contradiction: *contradiction,
         margin: *margin,
-        landmarks_matched: 0,
-        landmarks_contradicted: 0,
+        landmarks_matched: count(*n_named_agreeing),
+        landmarks_contradicted: count(n_named.saturating_sub(*n_named_agreeing)),
     }
 }
 
@@ -98,7 +100,6 @@ pub(crate) fn landmark_alignment(
     let of = |row: usize, column: usize| covariance[(row, column)];
     let (matched, contradicted) = (*n_matched as f64, *n_contradicted as f64);
     let n_looked_for = (matched + contradicted).max(1.0);
-    let count = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
     v1::MergeAlignment {
         id: alignment_id(session, onto, *site_from_other).to_string(),
         onto_session: onto.map(|onto| onto.0.to_string()).unwrap_or_default(),
@@ -113,6 +114,10 @@ pub(crate) fn landmark_alignment(
         landmarks_matched: count(*n_matched),
         landmarks_contradicted: count(*n_contradicted),
     }
+}
+
+fn count(n: usize) -> u32 {
+    u32::try_from(n).unwrap_or(u32::MAX)
 }
 
 /// The place of a session whose frame becomes that of an empty map.
@@ -205,9 +210,12 @@ mod tests {
             overlap_share: 0.5,
             agreement: 0.9,
             contradiction: 0.01,
+            n_named: 5,
+            n_named_agreeing: 4,
         };
         let wire = alignment(session, Some(onto), &found);
         assert_eq!(wire.covariance, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "the upper half");
+        assert_eq!((wire.landmarks_matched, wire.landmarks_contradicted), (4, 1), "of five");
         let at = place(&wire).expect("just made");
         assert_eq!(at, (Some(onto), found.site_from_newcomer), "where it was found");
         let again = alignment(session, Some(onto), &merging::Alignment { log_odds: 1.0, ..found });

@@ -20,6 +20,7 @@ mod grid_landmarks;
 pub(super) mod landmark_travel;
 mod live_poses;
 mod named_sightings;
+pub(super) mod named_sums;
 pub(super) mod names;
 mod saved;
 mod several;

@@ -103,9 +103,10 @@ pub(crate) struct MergeAlignment {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     margin: Option<f64>,
-    /// Landmarks of both that are the same; 0 where walls tell.
+    /// Landmarks of both that are the same; where walls tell, of those that have names.
     landmarks_matched: u32,
-    /// Landmarks of either that the other should have seen and did not.
+    /// Landmarks of either that the other should have seen and did not; where walls tell, names that both have
+    /// and that lie elsewhere.
     landmarks_contradicted: u32,
 }
 

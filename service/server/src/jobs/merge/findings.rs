@@ -315,6 +315,8 @@ mod tests {
             overlap_share: 0.5,
             agreement: 0.9,
             contradiction: 0.0,
+            n_named: 0,
+            n_named_agreeing: 0,
         };
         let (ranked, figures) = (vec![first], SearchFigures::default());
         Alignments { verdict, reasons: Vec::new(), ranked, figures }

@@ -2,20 +2,28 @@
 
 use std::sync::Arc;
 
-use meetpoint_merging::{AlignmentParams, Part};
+use meetpoint_geometry::Pose;
+use meetpoint_merging::{AlignmentParams, NamedLandmark, Part};
 use meetpoint_occupancy::Grid;
 use meetpoint_proto::v1;
-use meetpoint_storage::{MergeState, SessionFilter, SessionId, SessionRecord};
+use meetpoint_storage::{MapRecord, MergeState, SessionFilter, SessionId, SessionRecord};
 
 use v1::sensor::Kind;
 
+use super::super::relax::named_sums::{NamedSums, SumsByName, add_named};
+use super::super::relax::names::LandmarkNames;
 use super::super::running::Stopped;
 use super::Merging;
-use crate::convert::{merge, session};
+use crate::convert::{merge, pose, session};
 use crate::error::Error;
 
 /// Sessions of a map read at a time.
 const N_SESSIONS_READ: u32 = 100;
+/// Sightings of one name scatter by no more than this about one landmark, in metres: what detectors are off,
+/// and live mapping before it is relaxed.
+const NAMED_STD_MAX_M: f64 = 1.0;
+/// What a landmark is off, in metres, however often it was seen: how the detector sits.
+const SIGHTING_STD_M: f64 = 0.2;
 
 /// The parts of a map's newest version.
 #[derive(Debug)]
@@ -65,27 +73,33 @@ impl Parts {
             version: version.number,
             n_scans_drawn: version.n_scans,
             has_placed: false,
-            site: part(merging, version.number, None).await?,
+            site: None,
             newcomers: Vec::new(),
             starred: Vec::new(),
         };
-        for record in sessions(merging).await? {
+        let (sessions, mut names) = (sessions(merging).await?, LandmarkNames::default());
+        let of_site: Vec<&SessionRecord> =
+            sessions.iter().filter(|record| record.frame.is_none()).collect();
+        let of_site = named(merging, &map, (&of_site, &mut names)).await?;
+        parts.site = part(merging, version.number, None, of_site).await?;
+        for record in &sessions {
             parts.has_placed |= record.frame.is_none();
             let is_asked = asked.is_empty() || asked.contains(&record.id);
             let is_looked_at =
                 record.frame.is_none() || (is_asked && record.frame == Some(record.id));
-            if is_looked_at && is_starred(&record)? {
+            if is_looked_at && record.n_scans == 0 && detects(record)? {
                 parts.starred.push(record.clone());
             }
             if !is_asked || record.frame != Some(record.id) {
                 continue;
             }
-            let part = part(merging, version.number, Some(record.id)).await?;
+            let of_part = named(merging, &map, (&[record], &mut names)).await?;
+            let part = part(merging, version.number, Some(record.id), of_part).await?;
             let page = service.store.trajectory(record.id, version.number, 0, 0).await?;
             let merge = service.store.merge(merge::id_of(record.id)).await?;
             parts.newcomers.push(Newcomer {
                 session: record.id,
-                robot: record.robot.0,
+                robot: record.robot.0.clone(),
                 n_poses: page.map_or(0, |page| page.n_poses),
                 may_accept: merge.is_none_or(|merge| merge.state == MergeState::Open),
                 part,
@@ -95,11 +109,37 @@ impl Parts {
     }
 }
 
-/// True if a session detects landmarks and saw no walls.
-fn is_starred(record: &SessionRecord) -> Result<bool, Error> {
+/// True if a session detects landmarks.
+fn detects(record: &SessionRecord) -> Result<bool, Error> {
     let sensors = session::declaration(&record.declaration)?.sensors;
     let detects = |sensor: &v1::Sensor| matches!(sensor.kind, Some(Kind::LandmarkDetector(_)));
-    Ok(record.n_scans == 0 && sensors.iter().any(detects))
+    Ok(sensors.iter().any(detects))
+}
+
+/// The landmarks with names that some sessions saw beside walls, in the frame that they share.
+async fn named(
+    merging: &Merging<'_>,
+    map: &MapRecord,
+    (sessions, names): (&[&SessionRecord], &mut LandmarkNames),
+) -> Result<Vec<NamedLandmark>, Stopped> {
+    let mut sums = SumsByName::new();
+    for &record in sessions {
+        if record.n_scans == 0 || !detects(record)? {
+            continue;
+        }
+        let reader = (merging.service, merging.bench);
+        let frame_from_session = record.map_from_session.filter(|_| record.frame.is_none());
+        let at = frame_from_session.map_or(Pose::IDENTITY, pose::from_record);
+        add_named(reader, map, (record, at), (names, &mut sums)).await?;
+    }
+    let landmark = |(&name, sums): (&u32, &NamedSums)| {
+        let (at, variance_m2) = sums.mean();
+        // Several landmarks are called that, or it is carried about.
+        let is_one = variance_m2 <= NAMED_STD_MAX_M * NAMED_STD_MAX_M;
+        let variance_m2 = variance_m2 + SIGHTING_STD_M * SIGHTING_STD_M;
+        is_one.then_some(NamedLandmark { name, at, variance_m2 })
+    };
+    Ok(sums.iter().filter_map(landmark).collect())
 }
 
 /// All sessions of the map, in the order in which they were opened.
@@ -119,12 +159,13 @@ async fn part(
     merging: &Merging<'_>,
     version: u64,
     frame: Option<SessionId>,
+    named: Vec<NamedLandmark>,
 ) -> Result<Option<Arc<Part>>, Stopped> {
     let drawn = merging.service.frame_grid(&merging.map.id.0, version, frame).await?.grid;
     if drawn.bounds().is_none() {
         return Ok(None);
     }
-    let part = merging.bench.slice(move || made(&drawn)).await?;
+    let part = merging.bench.slice(move || made(&drawn).with_landmarks(named)).await?;
     Ok(Some(Arc::new(part)))
 }
 
