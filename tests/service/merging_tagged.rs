@@ -39,8 +39,8 @@ async fn tagged<D: Door>(
     finished(door, &session).await
 }
 
-fn anywhere() -> Option<v1::Start> {
-    Some(v1::Start { kind: Some(v1::start::Kind::Unknown(v1::UnknownStart {})) })
+fn anywhere() -> v1::Start {
+    v1::Start { kind: Some(v1::start::Kind::Unknown(v1::UnknownStart {})) }
 }
 
 async fn tags_tell_which_wing<D: Door>(door: &D) {
@@ -48,13 +48,13 @@ async fn tags_tell_which_wing<D: Door>(door: &D) {
     let (first, second) = (through_the_twins(BOTH_WINGS, 1), through_the_twins(ONE_WING, 2));
     tagged(door, "first", &first, (None, &tags_m())).await;
 
-    let blind = tagged(door, "blind", &second, (anywhere(), &[])).await;
+    let blind = tagged(door, "blind", &second, (Some(anywhere()), &[])).await;
     let (_, sessions) = merged(door, merge_job(MAP)).await;
     assert_eq!(sessions[0].verdict, i32::from(v1::MergeVerdict::Ambiguous), "{sessions:?}");
     let merge = merge_of(door, &blind.id).await.expect("a merge");
     assert!(merge.alignments.iter().all(|it| it.landmarks_matched == 0), "{merge:?}");
 
-    let seeing = tagged(door, "seeing", &second, (anywhere(), &tags_m())).await;
+    let seeing = tagged(door, "seeing", &second, (Some(anywhere()), &tags_m())).await;
     let (_, sessions) = merged(door, merge_job(MAP)).await;
     let found = sessions.iter().find(|found| found.session == seeing.id).expect("its merge");
     let merge = merge_of(door, &seeing.id).await.expect("a merge");
