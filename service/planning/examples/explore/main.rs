@@ -1,7 +1,7 @@
 //! Robots that explore random buildings with live mapping and nobody's help: how much they see, and
 //! how long they drive for it.
 //!
-//! `cargo run --release -p meetpoint-planning --example explore [BUILDINGS]`
+//! `cargo run -p meetpoint-planning --example explore [BUILDINGS]`
 //!
 //! Lasers and odometry err as in the demo. Robots ask for goals once a second and drive on towards
 //! them meanwhile; they stop when nothing that they can reach is unexplored.
