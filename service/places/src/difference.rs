@@ -1,7 +1,7 @@
 //! What distinguishes two maps that fit the same travel: which visits were to one place.
 
 use crate::map_tree::Hypothesis;
-use crate::place_map::{Gateway, PlaceId, PlaceMap};
+use crate::place_map::{Gateway, PlaceMap};
 use crate::travel::Travel;
 
 /// What a map says of a visit, in words that mean the same in all maps of one travel.
@@ -43,9 +43,7 @@ pub fn sightings(
 /// The first visit of which two hypotheses say different things; `None` if there is none, or if
 /// they are not both of this travel.
 pub fn first_difference(travel: &Travel, a: &Hypothesis, b: &Hypothesis) -> Option<Difference> {
-    let start = Gateway { place: PlaceId(0), index: 0 };
-    let of = |hypothesis: &Hypothesis| sightings(&hypothesis.map, start, travel.turns());
-    let pairs = of(a)?.into_iter().zip(of(b)?).enumerate();
+    let pairs = a.sightings(travel)?.into_iter().zip(b.sightings(travel)?).enumerate();
     pairs
         .map(|(visit, (a, b))| Difference { visit, sightings: [a, b] })
         .find(|difference| difference.sightings[0] != difference.sightings[1])

@@ -19,11 +19,12 @@
 //! Time and space O(leaves × gateways) a step; leaves grow exponentially where places look alike.
 
 use crate::assumptions::Assumptions;
+use crate::difference::{Sighting, sightings};
 use crate::observation::Observation;
 use crate::place_map::{Gateway, Place, PlaceId, PlaceMap};
 use crate::travel::{Step, Travel};
 
-/// A leaf of the tree: kept while its map fits and is not told apart from others, never reused.
+/// The name of a leaf of one tree, never given to another map.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct HypothesisId(pub u64);
 
@@ -40,6 +41,11 @@ pub struct Hypothesis {
 }
 
 impl Hypothesis {
+    /// What this map says of every visit of the travel it fits; `None` if of another travel.
+    pub fn sightings(&self, travel: &Travel) -> Option<Vec<Sighting>> {
+        sightings(&self.map, Gateway { place: PlaceId(0), index: 0 }, travel.turns())
+    }
+
     /// What is least in the simplest map.
     fn complexity(&self) -> (usize, usize) {
         (self.map.n_places(), self.map.n_paths())
@@ -119,7 +125,7 @@ impl MapTree {
         let mut after = Vec::with_capacity(self.leaves.len());
         for leaf in std::mem::take(&mut self.leaves) {
             self.successors(leaf, &step, &mut after);
-            if 2 * self.params.n_hypotheses_max <= after.len() {
+            if self.params.n_hypotheses_max.saturating_mul(2) <= after.len() {
                 self.give_up(&mut after);
             }
         }

@@ -22,8 +22,9 @@ pub struct Rehearsal {
 }
 
 impl Rehearsal {
-    /// Whether at least one of the two maps is refuted, whatever is seen. Otherwise one of them
-    /// predicts nothing: the other is refuted unless its prediction is seen.
+    /// Whether at least one of the two maps is refuted, whatever is seen (where only their views
+    /// differ: if somebody compares it). Otherwise one of them predicts nothing, and the other is
+    /// refuted unless its prediction is seen.
     pub fn is_certain(&self) -> bool {
         self.predicted.iter().all(Option::is_some)
     }

@@ -3,8 +3,7 @@
 use std::collections::BTreeSet;
 
 use meetpoint_places::{
-    Assumptions, Gateway, Hypothesis, MapTree, MapTreeParams, PlaceId, Sighting, Travel, World,
-    sightings,
+    Assumptions, Hypothesis, MapTree, MapTreeParams, Sighting, Travel, World, sightings,
 };
 use proptest::prelude::*;
 
@@ -18,8 +17,7 @@ const ALL: [Assumptions; 4] = [
 ];
 
 pub(crate) fn told(travel: &Travel, leaf: &Hypothesis) -> Vec<Sighting> {
-    let start = Gateway { place: PlaceId(0), index: 0 };
-    sightings(&leaf.map, start, travel.turns()).expect("a map of the travel")
+    leaf.sightings(travel).expect("a map of the travel")
 }
 
 fn tree(travel: &Travel, assumptions: Assumptions, n_hypotheses_max: usize) -> MapTree {
@@ -53,7 +51,7 @@ fn check(travel: &Travel) {
 }
 
 /// Any travel, in a world or not: a star of few kinds, a turn, sometimes a view.
-fn any_travel() -> impl Strategy<Value = Travel> {
+pub(crate) fn any_travel() -> impl Strategy<Value = Travel> {
     let star = prop::sample::select(vec!["a", "aa", "ab", "aba", "aab", "abab", "a>a"]);
     let view = prop::sample::select(vec!["", "", "", "@p", "@q", "@p!"]);
     let seen = (star, view).prop_map(|(star, view)| format!("{star}{view}"));

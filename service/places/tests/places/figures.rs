@@ -1,6 +1,6 @@
 //! Figure 1 of HSSH 2004, as travels that can be read.
 
-use meetpoint_places::{Assumptions, Gateway, Hypothesis, MapTree, MapTreeParams, PlaceId, World};
+use meetpoint_places::{Assumptions, Hypothesis, MapTree, MapTreeParams, World};
 
 /// More than any of the figures comes to.
 pub(crate) const PARAMS: MapTreeParams =
@@ -10,10 +10,7 @@ pub(crate) const PARAMS: MapTreeParams =
 /// at which it first came there, the visits being A, B, C...
 fn here(tree: &MapTree) -> String {
     let letter = |leaf: &Hypothesis| {
-        let turns = tree.travel().turns();
-        let start = Gateway { place: PlaceId(0), index: 0 };
-        let arrivals = leaf.map.arrivals(start, turns).expect("a map of the travel");
-        let visit = arrivals.iter().position(|arrival| arrival.place == leaf.at.place);
+        let visit = leaf.sightings(tree.travel()).and_then(|told| Some(told.last()?.first_visit));
         ('A'..).nth(visit.expect("the last at least")).expect("a letter")
     };
     tree.hypotheses().iter().map(letter).collect()

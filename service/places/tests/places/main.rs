@@ -5,3 +5,4 @@ mod definition;
 mod enumeration;
 mod figures;
 mod nested_loops;
+mod shortest;

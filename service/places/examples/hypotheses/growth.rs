@@ -1,0 +1,92 @@
+//! A hundred places, a thousand travels: hypotheses and time, with and without views.
+
+use std::time::Instant;
+
+use meetpoint_places::{
+    Assumptions, Gateway, MapTree, MapTreeParams, PlaceId, Step, View, World, sightings,
+};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+
+/// Places of a side of the floor.
+const SIDE: u32 = 10;
+const N_TRAVELS: usize = 1000;
+/// After how many travels a row is printed.
+const ROWS: [usize; 7] = [10, 20, 50, 100, 200, 500, 1000];
+const PARAMS: MapTreeParams =
+    MapTreeParams { assumptions: Assumptions::HSSH_2004_PLANAR, n_hypotheses_max: 1000 };
+
+/// A street grid of `SIDE` x `SIDE` places with about half of the ways between rows.
+fn floor(rng: &mut ChaCha8Rng) -> String {
+    let mut drawing = String::new();
+    let name = |x, y| char::from_u32(0x4e00 + y * SIDE + x).expect("a sign with a meaning");
+    for y in 0..SIDE {
+        let mut below = String::new();
+        for x in 0..SIDE {
+            drawing.push(name(x, y));
+            // Rows and the leftmost column are whole: all hangs together.
+            drawing.push_str(if x + 1 < SIDE { "---" } else { "" });
+            let is_there = y + 1 < SIDE && (x == 0 || rng.random());
+            below.push_str(if is_there { "|   " } else { "    " });
+        }
+        drawing.extend(["\n", &below, "\n"]);
+    }
+    drawing
+}
+
+/// Prints the table.
+pub(crate) fn print() {
+    println!(
+        "| looks of places | travels | hypotheses | given up | places, paths of the simplest | true map kept | ms a travel |"
+    );
+    println!("|---|---|---|---|---|---|---|");
+    for n_views in [1, 10, 100] {
+        drive(n_views);
+    }
+}
+
+/// Drives at random, where every place has one of `n_views` looks.
+fn drive(n_views: u32) {
+    let mut rng = ChaCha8Rng::seed_from_u64(1);
+    let drawing = floor(&mut rng);
+    let world = World::from_drawing(&drawing).expect("a drawing");
+    let looks: Vec<u32> = world.map().places().map(|_| rng.random_range(0..n_views)).collect();
+    let view = |at: Gateway| {
+        let name = looks[at.place.0 as usize].to_string();
+        Some(View { name, is_unique: false })
+    };
+    let from = Gateway { place: PlaceId(0), index: 0 };
+    let mut first = world.map().observation(from);
+    first.view = view(from);
+    let mut tree = MapTree::new(PARAMS, first);
+    let (mut at, mut turns, mut busy_s, mut n_timed) = (from, Vec::new(), 0.0, 0);
+    for n_travels in 1..=N_TRAVELS {
+        let n_gateways = world.map().observation(at).star.n_gateways();
+        let turn = if n_gateways == 1 { 0 } else { rng.random_range(1..n_gateways) };
+        turns.push(turn);
+        at = world.map().leads_to(world.map().turned(at, turn)).expect("a whole world");
+        let mut seen = world.map().observation(at);
+        seen.view = view(at);
+        let begin = Instant::now();
+        tree.extend(Step { turn, seen }).expect("a gateway that is there");
+        busy_s += begin.elapsed().as_secs_f64();
+        n_timed += 1;
+        if ROWS.contains(&n_travels) {
+            let truth = sightings(world.map(), from, turns.iter().copied());
+            let is_true =
+                |leaf: &meetpoint_places::Hypothesis| leaf.sightings(tree.travel()) == truth;
+            let is_kept = tree.hypotheses().iter().any(is_true);
+            let simplest = tree.hypotheses().first().map_or_else(String::new, |leaf| {
+                format!("{}, {}", leaf.map.n_places(), leaf.map.n_paths())
+            });
+            println!(
+                "| {n_views} | {n_travels} | {} | {} | {simplest} | {} | {:.3} |",
+                tree.hypotheses().len(),
+                tree.n_given_up(),
+                if is_kept { "yes" } else { "no" },
+                busy_s * 1e3 / f64::from(n_timed)
+            );
+            (busy_s, n_timed) = (0.0, 0);
+        }
+    }
+}
