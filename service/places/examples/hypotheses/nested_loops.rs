@@ -11,7 +11,7 @@ const FLOOR: &str = "
     D---E---F
     |   |   |
     G---H---I";
-/// Tours of 14 travels each; the first four drive every way.
+/// Tours of 14 travels each; all but the fourth and the last drive every way.
 const TOURS: [&str; 6] = [
     "ADGHIFCBEHGDEFC",
     "ADEBCFEHGDGHIFE",
