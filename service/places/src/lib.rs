@@ -18,7 +18,7 @@ pub use drawing::InvalidDrawing;
 pub use map_tree::{Hypothesis, HypothesisId, MapTree, MapTreeParams, Refused};
 pub use observation::{Observation, View};
 pub use place_map::{Gateway, Place, PlaceId, PlaceMap};
-pub use rehearsal::{Rehearsal, rehearsal};
+pub use rehearsal::{Decision, Rehearsal, next_decision, rehearsal};
 pub use star::{ControlLaw, InvalidStar, Opening, Star};
 pub use travel::{InvalidTravel, Step, Travel};
 pub use world::{InvalidRoute, World};

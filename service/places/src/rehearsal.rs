@@ -7,7 +7,7 @@
 
 use std::collections::{HashSet, VecDeque};
 
-use crate::map_tree::Hypothesis;
+use crate::map_tree::{Hypothesis, HypothesisId};
 use crate::observation::Observation;
 use crate::place_map::Gateway;
 
@@ -63,6 +63,33 @@ pub fn rehearsal(a: &Hypothesis, b: &Hypothesis) -> Option<Rehearsal> {
                 _ => uncertain = uncertain.or_else(|| Some(met())),
             }
         }
+    }
+    uncertain
+}
+
+/// Which hypotheses a rehearsal is about.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// The simplest, and the one it is told apart from, in the order of what is predicted.
+    pub between: [HypothesisId; 2],
+    /// What to do, and what either predicts.
+    pub rehearsal: Rehearsal,
+}
+
+/// The next travel that would decide, of hypotheses in the order of simplicity: the simplest is
+/// held against the next simplest that it can be told apart from for certain, or else, less
+/// certainly, at all. `None` if there is one hypothesis only, or nothing but exploration helps.
+pub fn next_decision(hypotheses: &[Hypothesis]) -> Option<Decision> {
+    let (simplest, others) = hypotheses.split_first()?;
+    let mut uncertain = None;
+    for other in others {
+        let Some(rehearsal) = rehearsal(simplest, other) else { continue };
+        let is_certain = rehearsal.is_certain();
+        let decision = Decision { between: [simplest.id, other.id], rehearsal };
+        if is_certain {
+            return Some(decision);
+        }
+        uncertain = uncertain.or(Some(decision));
     }
     uncertain
 }

@@ -1,7 +1,8 @@
 //! What tells hypotheses apart, and what operators and marks do.
 
 use meetpoint_places::{
-    HypothesisId, MapTree, Refused, Sighting, Travel, World, first_difference, rehearsal,
+    HypothesisId, MapTree, Refused, Sighting, Travel, World, first_difference, next_decision,
+    rehearsal,
 };
 
 use crate::figures::PARAMS;
@@ -44,6 +45,9 @@ fn the_shortest_rehearsal_decides() {
     let [of_a, of_b] = &asked.predicted;
     assert_eq!(of_a.as_ref().map(ToString::to_string).as_deref(), Some("aab"), "B, from the left");
     assert_eq!(of_b.as_ref().map(ToString::to_string).as_deref(), Some("ab"), "the corner C");
+    let decision = next_decision(tree.hypotheses()).expect("something to try");
+    assert_eq!(decision.between, [at_a.id, at_b.id], "the two simplest");
+    assert_eq!(decision.rehearsal, asked, "as for these two");
     let seen = of_b.clone().expect("known");
     tree.extend(meetpoint_places::Step { turn: 2, seen }).expect("a gateway that is there");
     let left: Vec<usize> = tree.hypotheses().iter().map(|leaf| leaf.map.n_places()).collect();
@@ -57,6 +61,8 @@ fn what_only_one_map_knows_is_uncertain() {
     let asked = rehearsal(at_b, elsewhere).expect("something to try");
     assert!(!asked.is_certain(), "a new place predicts nothing");
     assert_eq!(asked.turns.len(), 1, "at once");
+    let decision = next_decision(&tree.hypotheses()[1..]).expect("something to try");
+    assert_eq!(decision.rehearsal, asked, "where nothing certain is left");
 }
 
 #[test]
@@ -65,6 +71,7 @@ fn maps_that_know_nothing_more_leave_exploration() {
     let tree = MapTree::of_travel(PARAMS, &travel).expect("gateways that are there");
     let [only] = tree.hypotheses() else { panic!("one map") };
     assert_eq!(rehearsal(only, only), None, "a map is itself");
+    assert_eq!(next_decision(tree.hypotheses()), None, "nothing to decide");
     let agenda = only.map.agenda(only.at);
     let turns: Vec<&[u8]> = agenda.iter().map(|(_, turns)| turns.as_slice()).collect();
     assert_eq!(turns, [&[1][..], &[0, 1][..]], "on, or back and beyond the start");
