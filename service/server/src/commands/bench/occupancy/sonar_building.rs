@@ -23,6 +23,8 @@ const CELL_M: f64 = 0.1;
 const FIRING_M: f64 = 0.2;
 /// The paper's robots moved constantly, and frequently at 0.8 to 0.9 metres a second.
 const SPEED_M_PER_S: f64 = 0.8;
+/// Weaker evidence is left out, in log-odds: a place with this is nearly as likely wall as not.
+const SURE: f32 = 2.0;
 /// A cone blurs a wall's face by so much, in metres.
 const BLUR_M: f64 = 0.2;
 
@@ -30,24 +32,31 @@ const BLUR_M: f64 = 0.2;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Reader {
     Network,
+    SureNetwork,
     InverseCone,
 }
 
 impl Reader {
-    const ALL: [Self; 2] = [Self::Network, Self::InverseCone];
+    const ALL: [Self; 3] = [Self::Network, Self::SureNetwork, Self::InverseCone];
 
     fn name(self) -> &'static str {
         match self {
             Self::Network => "network",
+            Self::SureNetwork => "network, where it is sure",
             Self::InverseCone => "inverse cone",
         }
     }
 
-    /// What a firing says. The baseline is as strong as it gets: its weak answers are kept, of which it has many.
+    /// What a firing says: as the service maps; by what is nearly decided alone; and by the baseline, as strong as
+    /// it gets: its weak answers are kept, of which it has many.
     fn read(self, ring: &SonarRing, ranges_m: &[f32], network: &Network) -> Interpretation {
         let scan = ring.scan(ranges_m);
         match self {
             Self::Network => Interpretation::new(&scan, network, &SonarModel::INDOOR),
+            Self::SureNetwork => {
+                let model = SonarModel { evidence_min: SURE, ..SonarModel::INDOOR };
+                Interpretation::new(&scan, network, &model)
+            }
             Self::InverseCone => {
                 let model = SonarModel { evidence_min: 0.0, ..SonarModel::INDOOR };
                 Interpretation::by_cones((ring, &scan), &InverseCone::CLASSIC, &model)
@@ -80,7 +89,8 @@ pub(super) fn print(n_buildings: u64, pictures: Option<&Path>) -> anyhow::Result
             }
             row(&(seed, way_m), reader.name(), &grid, &building);
             if let Some(folder) = pictures {
-                let path = folder.join(format!("{seed}-{}.png", reader.name().replace(' ', "-")));
+                let path =
+                    folder.join(format!("{seed}-{}.png", reader.name().replace([' ', ','], "-")));
                 std::fs::write(&path, png(&grid.raster(None)))
                     .with_context(|| format!("cannot write {}", path.display()))?;
             }
