@@ -17,6 +17,9 @@ use crate::convert::closure;
 
 /// Closures of the ledger read at a time.
 const N_CLOSURES_READ: u32 = 1000;
+/// A map with so many times the entropy a cell that it had before has lost its walls: relaxing found the
+/// wrong closures, or gave up the right ones.
+const BLURRED: f64 = 1.05;
 /// Share of the work at which live mapping is known again.
 const SHARE_MAPPED: f64 = 0.4;
 
@@ -165,11 +168,27 @@ fn text(told: &v1::RelaxedSession) -> String {
     });
     format!(
         "session {}: {closures_accepted} closures accepted, {closures_refused} refused;{}{sharpness} \
-         poses moved by up to {:.2} m",
+         poses moved by up to {:.2} m{}",
         told.session,
         text_of_sightings(&scans),
-        told.correction_max_m
+        told.correction_max_m,
+        text_of_blur(before, after)
     )
+}
+
+/// That people should look before robots drive by the new version; nothing if the map is as sharp as it was.
+fn text_of_blur(
+    before: Option<v1::GridSharpness>,
+    after: Option<v1::GridSharpness>,
+) -> &'static str {
+    let mean_bits = |sharpness: v1::GridSharpness| sharpness.entropy_mean_bits;
+    let is_blurred = before.zip(after).is_some_and(|(a, b)| BLURRED * mean_bits(a) < mean_bits(b));
+    if is_blurred {
+        "; the map is less sharp than before: look at the version before and at the closures, and go back \
+         if walls have come apart"
+    } else {
+        ""
+    }
 }
 
 /// What came of sightings of landmarks, for people; nothing without any.
@@ -209,4 +228,30 @@ fn text_of_all(found: &[Found], closures: &[v1::Closure]) -> Option<String> {
     } else {
         format!("{met}; these meet none of the others: {}", alone.join(", "))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_map_that_lost_its_walls_is_told_of() {
+        let told = |before_bits: f64, after_bits: f64| {
+            let sharpness = |entropy_mean_bits: f64| {
+                Some(v1::GridSharpness { entropy_mean_bits, ..v1::GridSharpness::default() })
+            };
+            text(&v1::RelaxedSession {
+                session: "s".to_owned(),
+                scans: Some(v1::ScanRelaxation {
+                    before: sharpness(before_bits),
+                    after: sharpness(after_bits),
+                    ..v1::ScanRelaxation::default()
+                }),
+                ..v1::RelaxedSession::default()
+            })
+        };
+        assert!(told(0.30, 0.34).contains("less sharp than before"), "{}", told(0.30, 0.34));
+        assert!(!told(0.30, 0.27).contains("less sharp"), "{}", told(0.30, 0.27));
+        assert!(!told(0.30, 0.305).contains("less sharp"), "{}", told(0.30, 0.305));
+    }
 }
