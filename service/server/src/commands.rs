@@ -5,6 +5,7 @@ pub mod changes;
 pub mod closures;
 pub mod explore;
 pub mod graph;
+pub mod hypotheses;
 pub mod import;
 pub mod map;
 pub mod merge;

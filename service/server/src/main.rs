@@ -33,6 +33,8 @@ enum Command {
     Trajectory(commands::trajectory::TrajectoryArgs),
     /// Show what became of a map's cells since a version
     Changes(commands::changes::ChangesArgs),
+    /// Show every topological map that fits a travel from place to place, and what would decide
+    Hypotheses(commands::hypotheses::HypothesesArgs),
     /// Make new weights for the network that reads sonar
     Train(commands::train::TrainArgs),
     /// Measure this service on this machine
@@ -79,6 +81,7 @@ async fn main() -> ExitCode {
         Command::Explore(args) => commands::explore::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Changes(args) => commands::changes::run(args).await,
+        Command::Hypotheses(args) => commands::hypotheses::run(&args),
         Command::Train(args) => commands::train::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,
