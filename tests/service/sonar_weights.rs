@@ -21,12 +21,12 @@ fn two_rooms() -> String {
     rows.fold(wall.clone(), |drawing, row| drawing + &row) + &wall
 }
 
-/// Little is learnt, fast.
+/// Little is learnt, fast; enough to be sure of something.
 fn train(folder: &Path, source: &[&str]) -> (PathBuf, Output) {
     let path = folder.join("weights.json");
     let output = path.to_str().expect("a temporary folder's name");
     let mut words = vec!["train", "--json", "--places", "4000", "--held-out", "1000"];
-    words.extend(["--epochs", "1", "--output", output]);
+    words.extend(["--epochs", "30", "--output", output]);
     words.extend(source);
     let done = meetpoint(&words).output().expect("the binary under test starts");
     (path, done)

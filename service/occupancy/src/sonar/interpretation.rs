@@ -18,8 +18,9 @@ pub struct SonarModel {
     pub distance_min_m: f64,
     /// Cells farther than this are not drawn, in metres: cones are wider than doors there.
     pub distance_max_m: f64,
-    /// Evidence weaker than this is none: firings from nearly the same place repeat one another's small
-    /// errors, which would add up behind walls.
+    /// Evidence weaker than this, as log-odds, is none: firings from nearly the same place repeat one another's
+    /// small errors, which would add up behind walls. What is left is sure to four in five: with less, walls
+    /// blur and correlation pulls robots off; with more, free space stays unseen.
     pub evidence_min: f32,
     /// No firing adds or takes more than this.
     pub evidence_max: f32,
@@ -28,7 +29,7 @@ pub struct SonarModel {
 impl SonarModel {
     /// For rings of 16 or 24 in buildings: as far as a cone is a metre wide.
     pub const INDOOR: Self =
-        Self { distance_min_m: 0.3, distance_max_m: 3.5, evidence_min: 0.5, evidence_max: 2.0 };
+        Self { distance_min_m: 0.3, distance_max_m: 3.5, evidence_min: 1.5, evidence_max: 2.0 };
 }
 
 /// Evidence by bearing and distance from the robot.
