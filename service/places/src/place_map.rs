@@ -152,6 +152,9 @@ impl PlaceMap {
     }
 
     /// Adds a place that looks as seen; its gateway 0 is the one it is seen from.
+    ///
+    /// # Panics
+    /// Never: a place is tens of bytes, and so many would be more than any memory holds.
     pub(crate) fn add_place(&mut self, seen: &Observation) -> PlaceId {
         let n_places = u32::try_from(self.places.len()).expect("fewer than 2^32 places");
         let first_slot = self.links.len();

@@ -9,6 +9,7 @@ pub(crate) mod cost;
 pub(crate) mod exploration;
 pub(crate) mod geojson;
 pub(crate) mod graph;
+pub(crate) mod grey_png;
 pub(crate) mod grid;
 pub(crate) mod import;
 pub(crate) mod job;

@@ -1,6 +1,5 @@
 //! `meetpoint hypotheses`: every topological map that fits a travel which is written down.
 
-use std::fmt::Write;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -102,20 +101,20 @@ fn predicted(seen: Option<&Observation>) -> String {
 
 fn in_words(tree: &MapTree, n_shown: usize) -> String {
     let (all, travel) = (tree.hypotheses(), tree.travel());
-    let mut text = format!(
-        "Maps that fit: {}; of these simplest: {}; travels: {}",
-        all.len(),
-        tree.minimal().len(),
-        travel.steps.len()
-    );
-    if tree.is_truncated() {
-        let n_given_up = tree.n_given_up();
-        let _ = write!(text, "; {n_given_up} were given up, the true one may be among them");
-    }
-    text.push_str("\n\n");
-    for (index, it) in all.iter().enumerate().take(n_shown) {
-        let _ = writeln!(
-            text,
+    let given_up = if tree.is_truncated() {
+        format!("; {} were given up, the true one may be among them", tree.n_given_up())
+    } else {
+        String::new()
+    };
+    let (n_all, n_minimal, n_travels) = (all.len(), tree.minimal().len(), travel.steps.len());
+    let mut lines = vec![
+        format!(
+            "Maps that fit: {n_all}; of these simplest: {n_minimal}; travels: {n_travels}{given_up}"
+        ),
+        String::new(),
+    ];
+    lines.extend(all.iter().enumerate().take(n_shown).map(|(index, it)| {
+        format!(
             "{:>4}  {} places, {} edges, {} paths, {} ways nobody has gone: {}",
             index + 1,
             it.map.n_places(),
@@ -123,27 +122,27 @@ fn in_words(tree: &MapTree, n_shown: usize) -> String {
             it.map.n_paths(),
             it.map.agenda(it.at).len(),
             visits(it, travel).join(" ")
-        );
+        )
+    }));
+    if n_shown < n_all {
+        lines.push(format!("      and {} more", n_all - n_shown));
     }
-    if n_shown < all.len() {
-        let _ = writeln!(text, "      and {} more", all.len() - n_shown);
-    }
-    if let Some(decision) = next_decision(all) {
-        let number = |of: usize| {
-            let id = decision.between[of];
-            all.iter().position(|it| it.id == id).map_or(0, |index| index + 1)
-        };
-        let [a, b] = [0, 1].map(|of| predicted(decision.rehearsal.predicted[of].as_ref()));
-        let turns: Vec<String> = decision.rehearsal.turns.iter().map(u8::to_string).collect();
-        let turns = turns.join(", ");
-        let _ = writeln!(
-            text,
-            "\nTo find out, go on by the ways {turns}: map {} expects {a}, map {} {b}",
-            number(0),
-            number(1)
-        );
-    }
-    text
+    lines.extend(advice(all).into_iter().flat_map(|advice| [String::new(), advice]));
+    lines.join("\n") + "\n"
+}
+
+/// What to do to find out; `None` if there is nothing but exploring.
+fn advice(all: &[Hypothesis]) -> Option<String> {
+    let decision = next_decision(all)?;
+    let number = |of: usize| {
+        let id = decision.between[of];
+        all.iter().position(|it| it.id == id).map_or(0, |index| index + 1)
+    };
+    let [a, b] = [0, 1].map(|of| predicted(decision.rehearsal.predicted[of].as_ref()));
+    let turns: Vec<String> = decision.rehearsal.turns.iter().map(u8::to_string).collect();
+    let turns = turns.join(", ");
+    let [of_a, of_b] = [0, 1].map(number);
+    Some(format!("To find out, go on by the ways {turns}: map {of_a} expects {a}, map {of_b} {b}"))
 }
 
 fn in_json(tree: &MapTree) -> Value {
@@ -179,7 +178,7 @@ fn in_json(tree: &MapTree) -> Value {
 mod tests {
     use super::*;
 
-    /// Twice around a square of corners that look alike, or four new corners.
+    /// Around corners that look alike: back at the first after two, three or four, or never.
     const AROUND: &str = "ab 1:ab 1:ab 1:ab 1:ab";
 
     fn tree(travel: &str) -> MapTree {

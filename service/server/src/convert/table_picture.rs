@@ -1,6 +1,7 @@
 //! A table of probabilities over places as a picture: white where it is none, black where it is most,
 //! as in Figs. 3 and 14 of Thrun, Burgard and Fox, Machine Learning 31 (1998).
 
+use super::grey_png::grey_png;
 use crate::error::Error;
 
 /// Pixels that the longer side of a small table is enlarged to, at most.
@@ -37,15 +38,7 @@ pub(crate) fn png(table: &Table) -> Result<Vec<u8>, Error> {
         }
     }
     let n_pixels = |n: usize| u32::try_from(n * scale).map_err(Error::internal);
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, n_pixels(width)?, n_pixels(height)?);
-    encoder.set_color(png::ColorType::Grayscale);
-    let written = encoder.write_header().and_then(|mut writer| {
-        writer.write_image_data(&samples)?;
-        writer.finish()
-    });
-    written.map_err(Error::internal)?;
-    Ok(bytes)
+    grey_png([n_pixels(width)?, n_pixels(height)?], &samples)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "0 to 255")]

@@ -2,6 +2,7 @@
 
 use meetpoint_planning::Exploration;
 
+use super::grey_png::grey_png;
 use crate::error::Error;
 
 /// Grey of the nearest explored cell and of the farthest; what cannot be reached is black.
@@ -28,15 +29,7 @@ pub(crate) fn png(exploration: &Exploration) -> Result<Vec<u8>, Error> {
     let rows = (0..info.height as usize).rev();
     let samples: Vec<u8> =
         rows.flat_map(|row| (row * width..(row + 1) * width).map(grey)).collect();
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, info.width, info.height);
-    encoder.set_color(png::ColorType::Grayscale);
-    let written = encoder.write_header().and_then(|mut writer| {
-        writer.write_image_data(&samples)?;
-        writer.finish()
-    });
-    written.map_err(Error::internal)?;
-    Ok(bytes)
+    grey_png([info.width, info.height], &samples)
 }
 
 #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "within the greys")]
