@@ -58,36 +58,3 @@ pub(crate) fn offices(rng: &mut impl Rng) -> Plan {
     waypoints.push(Point2::new(1.0, middle_m));
     (drawing, waypoints)
 }
-
-/// Columns and rows of the ring's outside: 60 m by 20 m.
-const RING: (usize, usize) = (240, 80);
-/// Columns and rows of its corridor: 2 m.
-const RING_CORRIDOR: usize = 8;
-
-/// A corridor around a block, with niches for doors at any place, driven twice.
-pub(crate) fn ring(rng: &mut impl Rng) -> Plan {
-    let (width, height) = RING;
-    let inner = |at: usize, all: usize| (RING_CORRIDOR + 1..all - RING_CORRIDOR - 1).contains(&at);
-    let niches: Vec<usize> = (0..24).map(|_| rng.random_range(12..width - 16)).collect();
-    let cell = |column: usize, row: usize| {
-        let is_end = row == 0 || row + 1 == height || column == 0 || column + 1 == width;
-        let is_block = inner(column, width) && inner(row, height);
-        let is_niche = niches.iter().enumerate().any(|(index, &from)| {
-            let is_edge = if index % 2 == 0 {
-                row == RING_CORRIDOR + 1
-            } else {
-                row + RING_CORRIDOR + 2 == height
-            };
-            is_edge && (from..from + 4).contains(&column)
-        });
-        if is_end || (is_block && !is_niche) { '#' } else { '.' }
-    };
-    let row = |row: usize| (0..width).map(|column| cell(column, row)).collect::<String>();
-    let drawing = (0..height).map(row).collect::<Vec<_>>().join("\n");
-    let (right_m, top_m) = (width as f64 * CHARACTER_M - 1.25, height as f64 * CHARACTER_M - 1.25);
-    let corners = [(1.25, 1.25), (right_m, 1.25), (right_m, top_m), (1.25, top_m)];
-    let rounds = corners.iter().cycle().take(10);
-    let start = std::iter::once(Point2::new(10.0, 1.25));
-    let waypoints = start.chain(rounds.skip(1).map(|&(x, y)| Point2::new(x, y)));
-    (drawing, waypoints.collect())
-}

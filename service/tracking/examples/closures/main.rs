@@ -12,7 +12,7 @@ use std::time::Instant;
 
 use meetpoint_geometry::Pose;
 use meetpoint_occupancy::LaserGeometry;
-use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick};
+use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick, ring_corridor};
 use meetpoint_tracking::{
     DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap,
     MappingParams, Observation, ObservationKind, PlacedTravel, Sensor, SensorKind, SessionConfig,
@@ -31,12 +31,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seeds: Vec<u64> = seeds.iter().map(|seed| seed.parse()).collect::<Result<_, _>>()?;
     for seed in if seeds.is_empty() { (1..=10).collect() } else { seeds } {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let (drawing, waypoints) = match kind.as_str() {
-            "offices" => building::offices(&mut rng),
-            "loop" => building::ring(&mut rng),
+        let (building, waypoints) = match kind.as_str() {
+            "offices" => {
+                let (drawing, waypoints) = building::offices(&mut rng);
+                (Building::from_drawing(&drawing, building::CHARACTER_M)?, waypoints)
+            }
+            "loop" => ring_corridor(&mut rng)?,
             other => return Err(format!("no building `{other}`").into()),
         };
-        let building = Building::from_drawing(&drawing, building::CHARACTER_M)?;
         let mut error = OdometryError::UNCALIBRATED;
         if seed % 2 == 0 {
             (error.scale, error.drift_rad_per_m) = (0.98, -error.drift_rad_per_m);

@@ -2,25 +2,17 @@
 //! Fig. 10): closed if no pose of either round is farther than [`CLOSED_M`] from the truth.
 
 use anyhow::Context;
-use meetpoint_geometry::{Point2, Pose};
+use meetpoint_geometry::Pose;
 use meetpoint_occupancy::LaserGeometry;
-use meetpoint_sim::{Building, ChaCha8Rng, Drive, Robot, Tick};
+use meetpoint_sim::{ChaCha8Rng, Drive, Robot, Tick, ring_corridor};
 use meetpoint_tracking::{
     DrivenScan, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap, MappingParams,
     Observation, ObservationKind, PlacedTravel, Sensor, SensorKind, SessionConfig, SessionKey,
     TravelLaser,
 };
-use rand::{RngExt, SeedableRng};
+use rand::SeedableRng;
 
 const KEY: SessionKey = SessionKey(0);
-/// Edge of a character of the drawing, in metres.
-const CHARACTER_M: f64 = 0.25;
-/// Characters of the outside: 60 by 20 m.
-const SIZE: (usize, usize) = (240, 80);
-/// Characters that the corridor is wide: 2 m.
-const CORRIDOR: usize = 8;
-/// Niches of doors in the block's long sides.
-const N_NICHES: usize = 24;
 /// Edge of a cell, in metres.
 const RESOLUTION_M: f64 = 0.05;
 /// A map is usable where walls of both rounds lie on one another, to about a wall's thickness, in metres.
@@ -56,34 +48,9 @@ pub(super) fn print(n_loops: u64) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// A block with niches at any place, a corridor around it, and two rounds.
-fn ring(rng: &mut ChaCha8Rng) -> (String, Vec<Point2<f64>>) {
-    let (width, height) = SIZE;
-    let niches: Vec<usize> = (0..N_NICHES).map(|_| rng.random_range(12..width - 16)).collect();
-    let within = |at: usize, all: usize| (CORRIDOR + 1..all - CORRIDOR - 1).contains(&at);
-    let is_wall = |column: usize, row: usize| {
-        let is_rim = row == 0 || row + 1 == height || column == 0 || column + 1 == width;
-        let edges = [CORRIDOR + 1, height - CORRIDOR - 2];
-        let is_niche = niches
-            .iter()
-            .enumerate()
-            .any(|(index, &from)| row == edges[index % 2] && (from..from + 4).contains(&column));
-        is_rim || (within(column, width) && within(row, height) && !is_niche)
-    };
-    let symbol = |column: usize, row: usize| if is_wall(column, row) { '#' } else { '.' };
-    let row = |row: usize| (0..width).map(|column| symbol(column, row)).collect::<String>();
-    let drawing = (0..height).map(row).collect::<Vec<_>>().join("\n");
-    let [right_m, top_m] = [width, height].map(|n| n as f64 * CHARACTER_M - 1.25);
-    let corners = [(1.25, 1.25), (right_m, 1.25), (right_m, top_m), (1.25, top_m)];
-    let round = corners.iter().cycle().skip(1).take(9);
-    let way = std::iter::once(&(10.0, 1.25)).chain(round);
-    (drawing, way.map(|&(x_m, y_m)| Point2::new(x_m, y_m)).collect())
-}
-
 fn driven(seed: u64) -> anyhow::Result<Driven> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let (drawing, waypoints) = ring(&mut rng);
-    let building = Building::from_drawing(&drawing, CHARACTER_M)?;
+    let (building, waypoints) = ring_corridor(&mut rng)?;
     let robot = Robot::INDOOR;
     let drive = Drive::new(&building, robot, &waypoints, 0, rng).context("no way around")?;
     let length_m = drive.length_m();
