@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 17] = [
+const FILES: [&str; 18] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -19,6 +19,7 @@ const FILES: [&str; 17] = [
     "meetpoint/v1/landmark.proto",
     "meetpoint/v1/closure.proto",
     "meetpoint/v1/merge.proto",
+    "meetpoint/v1/place.proto",
     "meetpoint/v1/job.proto",
 ];
 

@@ -102,6 +102,7 @@ fn request(session: SessionId, number: u64) -> AppendRequest {
             payload,
             rejections: Vec::new(),
             n_scans: 10,
+            n_visits: 0,
             stamps_ns: Some((0, 1)),
         },
     }

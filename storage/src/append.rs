@@ -13,6 +13,7 @@ use sqlx::{QueryBuilder, Sqlite, SqliteConnection};
 use crate::admission::{Admitted, Head, admit, load_heads};
 use crate::journal::Kind;
 use crate::number::to_sql;
+use crate::travels::record_visits;
 use crate::{ContentHash, Error, JournalSeq, MapId, SessionId, Store};
 
 /// Something a session wants kept.
@@ -43,6 +44,8 @@ pub enum NewEntry {
         rejections: Vec<RejectionRecord>,
         /// Laser scans in it, without rejected ones.
         n_scans: u32,
+        /// Visits to places in it, without rejected ones.
+        n_visits: u32,
         /// Smallest and largest stamp in it, the robot's clock in nanoseconds; `None` if there is
         /// no stamp.
         stamps_ns: Option<(i64, i64)>,
@@ -158,6 +161,7 @@ async fn append_group(
     for answer in answers.iter_mut().flatten().filter(|answer| answer.seq.is_some()) {
         answer.seq = seqs.next();
     }
+    record_visits(&mut *connection, &accepted).await?;
     update_sessions(connection, &heads).await?;
     Ok(answers)
 }

@@ -93,6 +93,8 @@ pub struct JournalSeq(pub i64);
 impl JournalSeq {
     /// Before the first entry.
     pub const START: Self = Self(0);
+    /// Behind every entry.
+    pub const END: Self = Self(i64::MAX);
 }
 
 impl fmt::Display for JournalSeq {

@@ -5,7 +5,7 @@ use sqlx::SqliteConnection;
 use crate::append::RejectionRecord;
 use crate::number::to_sql;
 use crate::sessions::place;
-use crate::{ContentHash, Error, JournalSeq, MapId, SessionId, Store};
+use crate::{ContentHash, Error, JournalEntry, JournalEvent, JournalSeq, MapId, SessionId, Store};
 
 /// What an entry is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, sqlx::Type)]
@@ -23,93 +23,8 @@ pub(crate) enum Kind {
     SessionsRelaxed = 10,
     ClosureSwitched = 11,
     MergeDecided = 12,
-}
-
-/// Something that happened, with its place in the journal.
-#[derive(Clone, Debug, PartialEq)]
-pub struct JournalEntry {
-    /// Its place.
-    pub seq: JournalSeq,
-    /// When it came in, by the service's clock, nanoseconds since 1970.
-    pub receive_time_ns: i64,
-    /// What happened.
-    pub event: JournalEvent,
-}
-
-/// What happened on a map.
-#[derive(Clone, Debug, PartialEq)]
-pub enum JournalEvent {
-    /// The map was made.
-    MapCreated,
-    /// A session was opened.
-    SessionOpened {
-        /// The session.
-        session: SessionId,
-        /// What its robot declared, opaque.
-        declaration: Vec<u8>,
-        /// Its place in the map: x and y in metres, theta in radians; `None` if unknown.
-        map_from_session: Option<[f64; 3]>,
-    },
-    /// A batch was received.
-    Batch {
-        /// The session.
-        session: SessionId,
-        /// 1, 2, 3... within the session.
-        number: u64,
-        /// The batch, opaque.
-        payload: Vec<u8>,
-        /// Indices of observations that are not to be used, ascending as they were given.
-        rejected: Vec<u32>,
-    },
-    /// Batches that will never come.
-    Skipped {
-        /// The session.
-        session: SessionId,
-        /// The first number.
-        from: u64,
-        /// The last number.
-        through: u64,
-    },
-    /// A session was closed by its robot.
-    SessionClosed {
-        /// The session.
-        session: SessionId,
-    },
-    /// A session was ended by a newer epoch of its robot.
-    SessionFenced {
-        /// The session.
-        session: SessionId,
-    },
-    /// A person moved the pointer to a version.
-    VersionPublished {
-        /// The version.
-        number: u64,
-    },
-    /// A map that was made elsewhere became this one.
-    MapImported {
-        /// What was imported, opaque.
-        payload: Vec<u8>,
-    },
-    /// Something was closed, priced, drawn or taken back on top of the map.
-    CostDecided {
-        /// What was decided, opaque.
-        payload: Vec<u8>,
-    },
-    /// A job found out where robots had been.
-    SessionsRelaxed {
-        /// What it found, opaque.
-        payload: Vec<u8>,
-    },
-    /// A person switched a closure off, or on again.
-    ClosureSwitched {
-        /// What was decided, opaque.
-        payload: Vec<u8>,
-    },
-    /// A session of unknown start was put somewhere, or was not, or was taken back.
-    MergeDecided {
-        /// What was decided, opaque.
-        payload: Vec<u8>,
-    },
+    HypothesisDecided = 13,
+    MappingParametersDecided = 14,
 }
 
 /// A batch as it was received.
@@ -174,7 +89,7 @@ pub(crate) async fn record_decision(
 }
 
 #[derive(sqlx::FromRow)]
-struct Row {
+pub(crate) struct Row {
     seq: JournalSeq,
     kind: Kind,
     session_id: Option<SessionId>,
@@ -411,13 +326,19 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         Kind::ClosureSwitched => {
             JournalEvent::ClosureSwitched { payload: payload(row, "a closure's switch")? }
         }
+        Kind::MappingParametersDecided => {
+            JournalEvent::MappingParametersDecided { payload: payload(row, "parameters")? }
+        }
         Kind::MergeDecided => JournalEvent::MergeDecided { payload: payload(row, "a merge")? },
+        Kind::HypothesisDecided => {
+            JournalEvent::HypothesisDecided { payload: payload(row, "a hypothesis")? }
+        }
     };
     Ok(JournalEntry { seq, receive_time_ns, event })
 }
 
 /// Takes a batch out of its row and checks that the payload is what was received.
-fn batch(row: Row) -> Result<(SessionId, BatchPayload), Error> {
+pub(crate) fn batch(row: Row) -> Result<(SessionId, BatchPayload), Error> {
     let (session, number) = (session(&row)?, count(&row, row.number)?);
     let rejections = row.rejections.as_ref().map_or(&[][..], |json| &json.0);
     let rejected = rejections.iter().map(|rejection| rejection.index).collect();

@@ -15,9 +15,11 @@ mod imports;
 mod job_runs;
 mod jobs;
 mod journal;
+mod journal_event;
 mod landmark_sets;
 mod leases;
 mod manifest;
+mod mapping_parameters;
 mod maps;
 mod merges;
 mod number;
@@ -30,6 +32,7 @@ mod sessions;
 mod tiles;
 mod topologies;
 mod trajectories;
+mod travels;
 mod versions;
 
 pub use append::{AppendRequest, Appended, NewEntry, Refusal, RejectionRecord};
@@ -42,9 +45,11 @@ pub use ids::{ClosureId, JobId, JournalSeq, MapId, MergeId, RobotId, SessionId};
 pub use imports::{ImportRecord, NewImport};
 pub use job_runs::{ClaimedJob, JobHeartbeat, JobOutcome, JobReport, NewLogLine};
 pub use jobs::{JobRecord, JobState, LOG_LINES_MAX, LogLine, NewJob};
-pub use journal::{BatchPayload, JournalEntry, JournalEvent};
+pub use journal::BatchPayload;
+pub use journal_event::{JournalEntry, JournalEvent};
 pub use leases::MapLease;
 pub use manifest::TileKey;
+pub use mapping_parameters::NewMappingParameters;
 pub use maps::{MapRecord, NewMap};
 pub use merges::{
     FoundMerges, MergeDecision, MergeDecisionRecord, MergeFilter, MergeRecord, MergeState,
@@ -59,4 +64,5 @@ pub use sessions::{NewSession, OpenedSession, SessionFilter, SessionRecord, Sess
 pub use tiles::NewTile;
 pub use topologies::{EndedRegion, NewTopology, NextIds};
 pub use trajectories::{NewPoses, TrajectoryOrigin, TrajectoryPage};
+pub use travels::NewHypothesisDecision;
 pub use versions::{Checkpoint, NewSnapshot, VersionRecord};

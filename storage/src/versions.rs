@@ -28,6 +28,8 @@ pub struct NewSnapshot {
     pub origin: String,
     /// Names the weights by which sonars were read last; empty where nobody noted it.
     pub sonar_weights: String,
+    /// Names the parameters that it was drawn by; empty for those of the service.
+    pub mapping_parameters: String,
     /// Scans drawn into the grid.
     pub n_scans: u64,
     /// Extent of the observed cells in the map's frame, in metres: smallest x, smallest y, largest
@@ -69,6 +71,8 @@ pub struct VersionRecord {
     pub origin: String,
     /// Names the weights by which sonars were read last; empty where nobody noted it.
     pub sonar_weights: String,
+    /// Names the parameters that it was drawn by; empty for those of the service.
+    pub mapping_parameters: String,
 }
 
 /// Where mapping goes on after a restart.
@@ -100,6 +104,7 @@ struct Row {
     create_time_ns: i64,
     origin: String,
     sonar_weights: String,
+    mapping_parameters: String,
 }
 
 impl From<Row> for VersionRecord {
@@ -115,6 +120,7 @@ impl From<Row> for VersionRecord {
             create_time_ns: row.create_time_ns,
             origin: row.origin,
             sonar_weights: row.sonar_weights,
+            mapping_parameters: row.mapping_parameters,
         }
     }
 }
@@ -166,7 +172,7 @@ impl Store {
         let rows: Vec<Row> = sqlx::query_as(
             "select map_id, number, number = published_version as published, journal_seq, n_scans,
                  x_min_m, y_min_m, x_max_m, y_max_m, map_versions.create_time_ns, origin,
-                 sonar_weights
+                 sonar_weights, mapping_parameters
              from map_versions join maps on maps.id = map_id
              where map_id = $1 and number < $2 order by number desc limit $3",
         )
@@ -253,7 +259,7 @@ async fn find(
     let row: Option<Row> = sqlx::query_as(
         "select map_id, number, number = published_version as published, journal_seq, n_scans,
              x_min_m, y_min_m, x_max_m, y_max_m, map_versions.create_time_ns, origin,
-                 sonar_weights
+                 sonar_weights, mapping_parameters
          from map_versions join maps on maps.id = map_id
          where map_id = $1 and number = $2",
     )
@@ -320,8 +326,8 @@ async fn insert_version(
     sqlx::query(
         "insert into map_versions (map_id, number, journal_seq, n_scans, x_min_m, y_min_m,
              x_max_m, y_max_m, origin, create_time_ns, manifest, topology_hash, landmarks_hash,
-             sonar_weights)
-         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
+             sonar_weights, mapping_parameters)
+         values ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15)",
     )
     .bind(&new.map)
     .bind(to_sql(number))
@@ -337,6 +343,7 @@ async fn insert_version(
     .bind(new.topology.as_ref().map(|topology| topology.hash.0.to_vec()))
     .bind(landmarks.map(|landmarks| landmarks.hash.0.to_vec()))
     .bind(&new.sonar_weights)
+    .bind(&new.mapping_parameters)
     .execute(connection)
     .await?;
     Ok(())

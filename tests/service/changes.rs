@@ -10,7 +10,7 @@ use crate::drive::{SimulatedDrive, opened, opening, pose, send};
 use crate::running::{Launch, Running, empty_folder, meetpoint};
 
 /// Two rooms, a door of a metre between them; a character is a quarter of a metre.
-const ROOMS: &str = "
+pub(crate) const ROOMS: &str = "
     ################################
     #..............#...............#
     #..............#...............#
@@ -26,17 +26,17 @@ const ROOMS: &str = "
     #..............#...............#
     ################################";
 /// Edge of a character, in metres.
-const CHARACTER_M: f64 = 0.25;
+pub(crate) const CHARACTER_M: f64 = 0.25;
 /// Digit of the door.
-const DOOR: char = '1';
+pub(crate) const DOOR: char = '1';
 
-fn drive(building: &Building, names: &str, seed: u64) -> SimulatedDrive {
+pub(crate) fn drive(building: &Building, names: &str, seed: u64) -> SimulatedDrive {
     let places: Vec<Point2<f64>> = building.places(names).expect("drawn places");
     SimulatedDrive::by_way_of(building, Robot::INDOOR, &places, seed)
 }
 
 /// Sends a drive that begins somewhere in the map; the version that holds it all.
-async fn driven_from<D: Door>(
+pub(crate) async fn driven_from<D: Door>(
     door: &D,
     robot: &str,
     drive: &SimulatedDrive,
@@ -55,7 +55,7 @@ fn asked(since: u64) -> v1::ListChangesRequest {
 }
 
 /// The door's cells in the map's frame, as a box, in metres.
-fn door_m(building: &Building, building_from_map: Pose) -> [f64; 4] {
+pub(crate) fn door_m(building: &Building, building_from_map: Pose) -> [f64; 4] {
     let frame = building.info().frame;
     let centers = building.door(DOOR).iter().map(|&cell| frame.center_of(cell));
     let places: Vec<_> = centers.map(|at| building_from_map.inverse() * at).collect();

@@ -48,6 +48,12 @@ pub(crate) trait Door {
     async fn versions(&self, map: &str, page: Page<'_>) -> Answer<Rows<v1::MapVersion>>;
     /// 0 is the published one.
     async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion>;
+    async fn parameters(&self, map: &str) -> Answer<v1::MappingParametersState>;
+    async fn set_parameters(
+        &self,
+        map: &str,
+        parameters: v1::MappingParameters,
+    ) -> Answer<v1::MappingParametersState>;
     async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map>;
     async fn import(&self, map: &str, yaml: &str, image: &[u8]) -> Answer<v1::ImportMapResponse>;
     async fn grid(
@@ -116,6 +122,8 @@ pub(crate) trait Door {
     async fn whereabouts_picture(&self, session: &str, step: Option<u32>) -> Answer<Vec<u8>>;
     /// A page of the changes between two versions.
     async fn changes(&self, request: v1::ListChangesRequest) -> Answer<v1::ListChangesResponse>;
+    /// A page of the doors of a version.
+    async fn doors(&self, request: v1::ListDoorsRequest) -> Answer<v1::ListDoorsResponse>;
     /// A page of the ledger of closures.
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>>;
     /// The closure as it is then.

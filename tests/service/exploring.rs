@@ -14,28 +14,33 @@ use crate::drive::{self, START_NS, SimulatedDrive, opened, opening};
 use crate::running::{Launch, empty_folder, meetpoint};
 
 /// A robot with a scan every fifth of a second.
-const ROBOT: Robot = Robot { n_ticks_per_scan: 4, ..Robot::INDOOR };
+pub(crate) const ROBOT: Robot = Robot { n_ticks_per_scan: 4, ..Robot::INDOOR };
 /// What robots ask for: ten centimetres more than they have.
 const RADIUS_M: f64 = 0.3;
 /// Ticks between two questions: two seconds.
-const N_TICKS_A_ROUND: usize = 40;
+pub(crate) const N_TICKS_A_ROUND: usize = 40;
 /// Robots are done that were told so in so many rounds, in which they turned around.
 const N_ROUNDS_DONE: u32 = 3;
 /// Robots that are not done after so many rounds never will be: thirteen minutes.
 const N_ROUNDS_MAX: u32 = 400;
 
 /// A robot that goes where the service says.
-struct Explorer<'a> {
-    name: String,
-    drive: Drive<'a>,
-    session: v1::Session,
+pub(crate) struct Explorer<'a> {
+    pub(crate) name: String,
+    pub(crate) drive: Drive<'a>,
+    pub(crate) session: v1::Session,
     n_batches: u64,
 }
 
 impl<'a> Explorer<'a> {
     /// At a place of the building, where its session begins: it knows where that is in the map, whose
     /// origin is at A.
-    async fn new<D: Door>(door: &D, map: &str, building: &'a Building, place: char) -> Self {
+    pub(crate) async fn new<D: Door>(
+        door: &D,
+        map: &str,
+        building: &'a Building,
+        place: char,
+    ) -> Self {
         let start = building.place(place).expect("a place that is drawn");
         let start = Pose::new(start.x, start.y, 0.0);
         let rng = ChaCha8Rng::seed_from_u64(u64::from(u32::from(place)));
@@ -50,11 +55,12 @@ impl<'a> Explorer<'a> {
         Self { name, drive, session, n_batches: 0 }
     }
 
-    /// Drives on for a round, and sends what it saw.
-    async fn drive_on<D: Door>(&mut self, door: &D) {
+    /// Drives on for a round, and sends what it saw: how many ticks that were.
+    pub(crate) async fn drive_on<D: Door>(&mut self, door: &D) -> usize {
         let ticks: Vec<_> = self.drive.by_ref().take(N_TICKS_A_ROUND).collect();
-        if ticks.is_empty() {
-            return;
+        let n_ticks = ticks.len();
+        if n_ticks == 0 {
+            return 0;
         }
         let driven = SimulatedDrive {
             sensor: drive::laser(&ROBOT.laser),
@@ -71,6 +77,7 @@ impl<'a> Explorer<'a> {
             (self.n_batches <= now.mapped_through).then_some(())
         })
         .await;
+        n_ticks
     }
 
     /// Goes the way that it was given, by where it takes itself to be; stands where it was given none.
@@ -83,7 +90,7 @@ impl<'a> Explorer<'a> {
     }
 }
 
-fn map_from_building(building: &Building) -> Pose {
+pub(crate) fn map_from_building(building: &Building) -> Pose {
     let origin = building.place('A').expect("a place that is drawn");
     Pose::new(origin.x, origin.y, 0.0).inverse()
 }

@@ -69,39 +69,16 @@ pub(crate) fn version(body: &Value) -> v1::MapVersion {
         create_time_ns: signed(&body["create_time_ns"]),
         origin: text(&body["origin"]),
         sonar_weights: text(&body["sonar_weights"]),
+        mapping_parameters: text(&body["mapping_parameters"]),
     }
 }
 
-fn bounding_box(body: &Value) -> v1::BoundingBox {
+pub(crate) fn bounding_box(body: &Value) -> v1::BoundingBox {
     v1::BoundingBox {
         min_x_m: real(&body["min_x_m"]),
         min_y_m: real(&body["min_y_m"]),
         max_x_m: real(&body["max_x_m"]),
         max_y_m: real(&body["max_y_m"]),
-    }
-}
-
-pub(crate) fn changes(body: &Value) -> v1::ListChangesResponse {
-    let change = |body: &Value| {
-        let kind = match text(&body["kind"]).as_str() {
-            "APPEARED" => v1::ChangeKind::Appeared,
-            "VANISHED" => v1::ChangeKind::Vanished,
-            other => panic!("`{other}` is no kind of a change"),
-        };
-        v1::Change {
-            kind: kind.into(),
-            bounding_box: present(body, "bounding_box").map(bounding_box),
-            cells: unsigned(&body["cells"]),
-            position: present(body, "position").map(point),
-        }
-    };
-    v1::ListChangesResponse {
-        changes: rows(&body["changes"], change),
-        next_page_token: text(&body["next_page_token"]),
-        since: unsigned(&body["since"]),
-        map_version: unsigned(&body["map_version"]),
-        cells_appeared: unsigned(&body["cells_appeared"]),
-        cells_vanished: unsigned(&body["cells_vanished"]),
     }
 }
 

@@ -16,6 +16,7 @@ use v1::job_service_client::JobServiceClient;
 use v1::landmark_service_client::LandmarkServiceClient;
 use v1::map_service_client::MapServiceClient;
 use v1::merge_service_client::MergeServiceClient;
+use v1::place_service_client::PlaceServiceClient;
 use v1::plan_service_client::PlanServiceClient;
 use v1::robot_choice::Kind as Robot;
 use v1::robot_service_client::RobotServiceClient;
@@ -43,6 +44,7 @@ pub(crate) struct GrpcDoor {
     landmarks: LandmarkServiceClient<Channel>,
     closures: ClosureServiceClient<Channel>,
     merges: MergeServiceClient<Channel>,
+    pub(crate) places: PlaceServiceClient<Channel>,
     pub(crate) plans: PlanServiceClient<Channel>,
     pub(crate) costs: CostServiceClient<Channel>,
     explorations: ExplorationServiceClient<Channel>,
@@ -64,6 +66,7 @@ impl GrpcDoor {
             landmarks: LandmarkServiceClient::new(channel.clone()),
             closures: ClosureServiceClient::new(channel.clone()),
             merges: MergeServiceClient::new(channel.clone()),
+            places: PlaceServiceClient::new(channel.clone()),
             plans: PlanServiceClient::new(channel.clone()),
             costs: CostServiceClient::new(channel.clone()),
             explorations: ExplorationServiceClient::new(channel),
@@ -118,6 +121,21 @@ impl Door for GrpcDoor {
     async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion> {
         let request = v1::GetMapVersionRequest { map: map.to_owned(), number };
         Ok(filled(self.maps.clone().get_map_version(request).await?.into_inner().version))
+    }
+
+    async fn parameters(&self, map: &str) -> Answer<v1::MappingParametersState> {
+        let request = v1::GetMappingParametersRequest { map: map.to_owned() };
+        Ok(filled(self.maps.clone().get_mapping_parameters(request).await?.into_inner().state))
+    }
+
+    async fn set_parameters(
+        &self,
+        map: &str,
+        parameters: v1::MappingParameters,
+    ) -> Answer<v1::MappingParametersState> {
+        let (map, parameters) = (map.to_owned(), Some(parameters));
+        let request = v1::SetMappingParametersRequest { map, parameters };
+        Ok(filled(self.maps.clone().set_mapping_parameters(request).await?.into_inner().state))
     }
 
     async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map> {
@@ -343,6 +361,10 @@ impl Door for GrpcDoor {
 
     async fn changes(&self, request: v1::ListChangesRequest) -> Answer<v1::ListChangesResponse> {
         Ok(self.changes.clone().list_changes(request).await?.into_inner())
+    }
+
+    async fn doors(&self, request: v1::ListDoorsRequest) -> Answer<v1::ListDoorsResponse> {
+        Ok(self.changes.clone().list_doors(request).await?.into_inner())
     }
 
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {

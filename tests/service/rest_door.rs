@@ -1,69 +1,45 @@
 //! The operations over REST, by JSON.
 
-use std::time::Duration;
-
 use meetpoint_client::v1;
 use serde_json::{Value, json};
 use v1::ingest_batch_request::Kind as Upload;
 
+use crate::change_json;
 use crate::closure_json;
-use crate::door::{Answer, Door, Page, Refused, Rows};
+use crate::door::{Answer, Door, Page, Rows};
 use crate::exploration_json;
 use crate::from_json;
 use crate::graph_json;
-use crate::http::{Http, Reply};
+use crate::http::Http;
 use crate::job_json;
 use crate::merge_json;
+use crate::parameters_json;
 use crate::plan_json;
 use crate::to_json;
 
+pub(crate) use crate::rest_answer::{answer, answered_bytes};
+
 /// The service's REST side.
 #[derive(Clone, Debug)]
-pub(crate) struct RestDoor(Http);
+pub(crate) struct RestDoor(pub(crate) Http);
 
 impl RestDoor {
     pub(crate) fn new(http: Http) -> Self {
         Self(http)
     }
 
-    fn get(&self, path: &str) -> Answer<Value> {
+    pub(crate) fn get(&self, path: &str) -> Answer<Value> {
         answer(&self.0.get(path), &[200])
     }
 
     /// Something that is made, with one of these statuses.
-    fn post(&self, path: &str, body: &Value, statuses: &[u16]) -> Answer<Value> {
+    pub(crate) fn post(&self, path: &str, body: &Value, statuses: &[u16]) -> Answer<Value> {
         answer(&self.0.post(path, body), statuses)
     }
 }
 
-fn answer(reply: &Reply, statuses: &[u16]) -> Answer<Value> {
-    if reply.status < 400 {
-        assert!(statuses.contains(&reply.status), "{} {}", reply.status, reply.text());
-        return Ok(reply.json());
-    }
-    let problem = reply.problem();
-    let text = |value: &Value| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
-    let own = ["type", "title", "status", "detail", "instance", "code", "request_id"];
-    let members = problem.as_object().into_iter().flatten();
-    let facts = members.filter(|(name, _)| !own.contains(&name.as_str()));
-    Err(Refused {
-        code: text(&problem["code"]),
-        message: text(&problem["detail"]),
-        facts: facts.map(|(name, value)| (name.clone(), text(value))).collect(),
-        retry_after: reply.header("retry-after").parse().ok().map(Duration::from_secs),
-    })
-}
-
-/// A body that is no JSON, if the answer is one.
-fn answered_bytes(reply: Reply) -> Answer<Vec<u8>> {
-    if reply.status == 200 {
-        return Ok(reply.body);
-    }
-    answer(&reply, &[200]).map(|body| panic!("{body} is no picture"))
-}
-
 /// `?page_size=..&page_token=..`
-fn paged(Page(page_size, token): Page<'_>) -> String {
+pub(crate) fn paged(Page(page_size, token): Page<'_>) -> String {
     format!("page_size={page_size}&page_token={token}")
 }
 
@@ -73,7 +49,7 @@ fn rows<T>(body: &Value, name: &str, row: impl FnMut(&Value) -> T) -> Rows<T> {
 }
 
 /// `latest` for 0, as REST calls the published version.
-fn version_name(number: u64) -> String {
+pub(crate) fn version_name(number: u64) -> String {
     if number == 0 { "latest".to_owned() } else { number.to_string() }
 }
 
@@ -100,6 +76,20 @@ impl Door for RestDoor {
     async fn version(&self, map: &str, number: u64) -> Answer<v1::MapVersion> {
         let version = version_name(number);
         Ok(from_json::version(&self.get(&format!("/v1/maps/{map}/versions/{version}"))?))
+    }
+
+    async fn parameters(&self, map: &str) -> Answer<v1::MappingParametersState> {
+        Ok(parameters_json::state(&self.get(&format!("/v1/maps/{map}/parameters"))?))
+    }
+
+    async fn set_parameters(
+        &self,
+        map: &str,
+        parameters: v1::MappingParameters,
+    ) -> Answer<v1::MappingParametersState> {
+        let path = format!("/v1/maps/{map}/parameters");
+        let reply = self.0.put(&path, &parameters_json::body(&parameters));
+        Ok(parameters_json::state(&answer(&reply, &[200])?))
     }
 
     async fn publish(&self, map: &str, number: u64) -> Answer<v1::Map> {
@@ -352,16 +342,15 @@ impl Door for RestDoor {
     }
 
     async fn changes(&self, request: v1::ListChangesRequest) -> Answer<v1::ListChangesResponse> {
-        let v1::ListChangesRequest { map, since, version, bounding_box, cells_min, .. } = &request;
-        let box_asked = bounding_box.map_or_else(String::new, |asked| {
-            let v1::BoundingBox { min_x_m, min_y_m, max_x_m, max_y_m } = asked;
-            format!("&bbox={min_x_m},{min_y_m},{max_x_m},{max_y_m}")
-        });
-        let version = version_name(*version);
-        let page = paged(Page(request.page_size, &request.page_token));
-        let query =
-            format!("since={since}&version={version}&cells_min={cells_min}{box_asked}&{page}");
-        Ok(from_json::changes(&self.get(&format!("/v1/maps/{map}/changes?{query}"))?))
+        let (map, query) = (&request.map, change_json::query(&request));
+        Ok(change_json::changes(&self.get(&format!("/v1/maps/{map}/changes?{query}"))?))
+    }
+
+    async fn doors(&self, request: v1::ListDoorsRequest) -> Answer<v1::ListDoorsResponse> {
+        let v1::ListDoorsRequest { map, version, page_size, page_token } = &request;
+        let (version, page) = (version_name(*version), paged(Page(*page_size, page_token)));
+        let path = format!("/v1/maps/{map}/doors?version={version}&{page}");
+        Ok(change_json::doors(&self.get(&path)?))
     }
 
     async fn closures(&self, request: v1::ListClosuresRequest) -> Answer<Rows<v1::Closure>> {

@@ -107,6 +107,18 @@ fn observation(observation: &v1::Observation) -> Value {
             }),
         ),
         Some(Kind::Mark(v1::Mark { label })) => ("mark", json!({"label": label})),
+        Some(Kind::PlaceVisit(visit)) => (
+            "place_visit",
+            json!({
+                "number": visit.number,
+                "turn": visit.turn,
+                "star": visit.star,
+                "view": visit.view,
+                "view_is_unique": visit.view_is_unique,
+                "length_m": visit.length_m,
+                "turned_rad": visit.turned_rad,
+            }),
+        ),
     };
     body[name] = value;
     body

@@ -9,12 +9,16 @@
 //! Changed cells of one kind that touch, by edges or corners, are one change. Time O(n log n) for n changed
 //! cells, and O(cells of the tiles that are given): the caller leaves out those that are equal.
 
+use std::sync::Arc;
+
 use meetpoint_geometry::Cell;
 
+use crate::grid::{Grid, around};
+use crate::scan_marks::tile_place;
 use crate::tile::{TILE_CELLS, Tile, TileIndex};
 
 /// Log-odds of 0.7 (T98: what is below 0.3 or above 0.7 is decided).
-const DECIDED: f32 = 0.847_297_9;
+pub(crate) const DECIDED: f32 = 0.847_297_9;
 
 /// What became of cells.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -65,6 +69,25 @@ pub fn changes<'a>(
     // The sort is stable: equals stay in the order of their first cells.
     found.sort_by_key(|change| std::cmp::Reverse(change.n_cells));
     found
+}
+
+/// Cells that changed between two grids of one place, as lasers saw, and are no wall's blur: no cell that is occupied
+/// in both is within `wall_distance` cells of one along both axes. Tiles that the grids share are not looked at.
+pub fn n_moved(before: &Grid, now: &Grid, wall_distance: i32) -> usize {
+    let mut cells = Vec::new();
+    for (index, tile) in now.tiles() {
+        if let Some(was) = before.tile(index).filter(|was| !Arc::ptr_eq(was, tile)) {
+            add_changed(index, was, tile, &mut cells);
+        }
+    }
+    let is_occupied = |grid: &Grid, cell| grid.log_odds(cell).is_some_and(|at| DECIDED < at);
+    let stays = |cell| is_occupied(before, cell) && is_occupied(now, cell);
+    let is_heard = |cell| {
+        let (index, place) = tile_place(cell);
+        now.tile(index).is_some_and(|tile| tile.is_heard(place))
+    };
+    let cells = cells.into_iter().map(|(y, x, _)| Cell { x, y });
+    cells.filter(|&cell| !is_heard(cell) && !around(cell, wall_distance).any(stays)).count()
 }
 
 fn add_changed(index: TileIndex, before: &Tile, now: &Tile, cells: &mut Vec<Changed>) {

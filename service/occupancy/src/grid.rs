@@ -11,6 +11,7 @@ use std::sync::Arc;
 use meetpoint_geometry::{Cell, GridFrame, GridInfo, Pose};
 
 use crate::beam::{BeamModel, LaserGeometry, Reading};
+use crate::history::History;
 use crate::raster::Raster;
 use crate::ray::Ray;
 use crate::scan_marks::{Mark, ScanMarks, tile_place};
@@ -71,6 +72,12 @@ impl Grid {
     pub fn hit_mean(&self, cell: Cell) -> Option<HitMean> {
         let (tile, index) = tile_place(cell);
         self.tiles.get(&tile)?.hit_mean(index)
+    }
+
+    /// What became of a cell, or `None` if it was never both hit and clearly free.
+    pub fn history(&self, cell: Cell) -> Option<&History> {
+        let (tile, index) = tile_place(cell);
+        self.tiles.get(&tile)?.history(index)
     }
 
     /// The smallest rectangle that holds all observed cells, or `None` if there are none.
@@ -225,12 +232,21 @@ fn within_reach(point: (f64, f64)) -> bool {
 
 /// The cell at a place of a tile.
 #[expect(clippy::cast_possible_truncation, clippy::cast_possible_wrap, reason = "below 4,096")]
-fn cell_of(tile: TileIndex, index: usize) -> Cell {
+pub(crate) fn cell_of(tile: TileIndex, index: usize) -> Cell {
     let index = index as i32;
     Cell {
         x: tile.x * TILE_CELLS + index % TILE_CELLS,
         y: tile.y * TILE_CELLS + index / TILE_CELLS,
     }
+}
+
+/// The cells of a square about one, which is among them.
+pub(crate) fn around(cell: Cell, distance: i32) -> impl Iterator<Item = Cell> {
+    let side = -distance..=distance;
+    side.clone().flat_map(move |dy| {
+        side.clone()
+            .map(move |dx| Cell { x: cell.x.saturating_add(dx), y: cell.y.saturating_add(dy) })
+    })
 }
 
 /// The lower-left and upper-right of a tile's observed cells.

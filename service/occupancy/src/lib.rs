@@ -1,8 +1,10 @@
-//! Occupancy of space in log-odds: the laser's beam model, the grid, its tiles, decay, and images.
+//! Occupancy of space in log-odds: the laser's beam model, the grid, its tiles, decay, what changes, and images.
 
 mod beam;
 mod changes;
+mod doors;
 mod grid;
+mod history;
 mod image;
 mod map_tile;
 mod raster;
@@ -12,8 +14,10 @@ mod sonar;
 mod tile;
 
 pub use beam::{BeamModel, LaserGeometry, Reading};
-pub use changes::{Change, ChangeKind, changes};
+pub use changes::{Change, ChangeKind, changes, n_moved};
+pub use doors::{Door, DoorParams, doors};
 pub use grid::{GRID_REACH_CELLS, Grid};
+pub use history::{History, LOOK_NS, PAIR_NS};
 pub use image::{
     ImportParams, ImportedMap, InvalidImage, InvalidImport, InvalidYaml, MapMode, MapServerGrid,
     MapYaml, Picture, cells_from_picture, imported, npy, pgm, png, read_pgm, read_picture,

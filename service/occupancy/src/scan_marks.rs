@@ -55,6 +55,12 @@ impl ScanMarks {
         &self.changed
     }
 
+    /// What the last scan says of a cell.
+    pub(crate) fn mark(&self, cell: Cell) -> Mark {
+        let (tile, index) = tile_place(cell);
+        self.places.get(&tile).map_or(Mark::Unseen, |&place| self.tiles[place as usize].1[index])
+    }
+
     /// Forgets the last scan.
     pub(crate) fn clear(&mut self) {
         self.places.clear();

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use crate::history::{HISTORY_BYTES, History};
+
 /// Cells along each side of a tile.
 pub const TILE_CELLS: i32 = 64;
 
@@ -13,6 +15,9 @@ const FORMAT: u8 = 1;
 
 /// First byte of a stored tile with such cells.
 const FORMAT_HEARD: u8 = 2;
+
+/// First byte of a stored tile that remembers what became of cells.
+const FORMAT_HISTORIES: u8 = 3;
 
 /// The bits of "never observed": one NaN of all, so that equal tiles are equal bytes.
 const NEVER_OBSERVED: f32 = f32::NAN;
@@ -65,7 +70,8 @@ fn hit_step(share: f32) -> u8 {
     (share * HIT_STEPS + 1.0).clamp(1.0, HIT_STEPS) as u8
 }
 
-/// 64 by 64 cells: log-odds of "occupied" (or never observed), and where in the cell hits lie.
+/// 64 by 64 cells: log-odds of "occupied" (or never observed), where in the cell hits lie, and what became of
+/// those that were both free and hit.
 #[derive(Clone)]
 pub struct Tile {
     /// Row-major along +x, the lowest row first. Invariant: [`NEVER_OBSERVED`] or not NaN.
@@ -73,6 +79,8 @@ pub struct Tile {
     /// Same order. Invariant: [`HitMean::NONE`] or [`HitMean::HEARD`] where never hit, else both
     /// coordinates positive.
     hits: Box<[HitMean; N_CELLS]>,
+    /// By place in the tile. Invariant: ascending, each once, below 4,096.
+    histories: Vec<(u16, History)>,
 }
 
 impl Tile {
@@ -81,6 +89,7 @@ impl Tile {
         Self {
             log_odds: Box::new([NEVER_OBSERVED; N_CELLS]),
             hits: Box::new([HitMean::NONE; N_CELLS]),
+            histories: Vec::new(),
         }
     }
 
@@ -152,15 +161,54 @@ impl Tile {
         self.hits[index] = HitMean::at(mean);
     }
 
+    /// What became of cells that were hit at some time and clearly free at some time, by their place in the
+    /// tile, row-major.
+    pub fn histories(&self) -> impl Iterator<Item = (usize, &History)> {
+        self.histories.iter().map(|(index, history)| (usize::from(*index), history))
+    }
+
+    /// What became of one of these cells.
+    pub(crate) fn history(&self, index: usize) -> Option<&History> {
+        self.history_place(index).ok().map(|place| &self.histories[place].1)
+    }
+
+    /// Where a cell's history stands, or would.
+    #[inline]
+    pub(crate) fn history_place(&self, index: usize) -> Result<usize, usize> {
+        self.histories.binary_search_by_key(&index, |(index, _)| usize::from(*index))
+    }
+
+    /// The history at a place that [`Tile::history_place`] has found for the cell, begun if there is none.
+    #[expect(clippy::cast_possible_truncation, reason = "below 4,096")]
+    pub(crate) fn history_at(
+        &mut self,
+        index: usize,
+        found: Result<usize, usize>,
+        begun: impl FnOnce() -> History,
+    ) -> &mut History {
+        let place = found.unwrap_or_else(|place| {
+            self.histories.insert(place, (index as u16, begun()));
+            place
+        });
+        &mut self.histories[place].1
+    }
+
     /// The tile as bytes: the format's number, then the log-odds of all cells as little-endian
     /// f32, then for each cell ever hit, in order, its place as little-endian u16 and its mean's
     /// two steps. In format 2, which is that of tiles with cells that were heard only, these stand in
-    /// the same list with steps 0 and 1. Equal tiles give equal bytes, and only they do.
+    /// the same list with steps 0 and 1. In format 3, which is that of tiles with histories, the number of
+    /// that list's entries stands before it as little-endian u32, and after it for each history its cell as
+    /// little-endian u16 and its bytes. Equal tiles give equal bytes, and only they do.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(1 + 4 * N_CELLS + 1024);
         bytes.push(self.format());
         for log_odds in self.log_odds.iter() {
             bytes.extend_from_slice(&log_odds.to_le_bytes());
+        }
+        if !self.histories.is_empty() {
+            let is_known = |hit: &&HitMean| **hit != HitMean::NONE;
+            let n_known = self.hits.iter().filter(is_known).count();
+            bytes.extend_from_slice(&u32::try_from(n_known).unwrap_or(u32::MAX).to_le_bytes());
         }
         for (index, hit) in (0_u16..).zip(self.hits.iter()) {
             if *hit != HitMean::NONE {
@@ -168,11 +216,21 @@ impl Tile {
                 bytes.extend_from_slice(&[hit.x, hit.y]);
             }
         }
+        for (index, history) in &self.histories {
+            bytes.extend_from_slice(&index.to_le_bytes());
+            bytes.extend_from_slice(&history.to_bytes());
+        }
         bytes
     }
 
     fn format(&self) -> u8 {
-        if self.hits.contains(&HitMean::HEARD) { FORMAT_HEARD } else { FORMAT }
+        if !self.histories.is_empty() {
+            FORMAT_HISTORIES
+        } else if self.hits.contains(&HitMean::HEARD) {
+            FORMAT_HEARD
+        } else {
+            FORMAT
+        }
     }
 
     /// The tile that [`Tile::to_bytes`] wrote, bit for bit.
@@ -181,12 +239,19 @@ impl Tile {
     /// [`InvalidTile`] if the format is not known or the bytes are not what it prescribes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidTile> {
         let (&format, rest) = bytes.split_first().ok_or(InvalidTile::Length(0))?;
-        if ![FORMAT, FORMAT_HEARD].contains(&format) {
+        if ![FORMAT, FORMAT_HEARD, FORMAT_HISTORIES].contains(&format) {
             return Err(InvalidTile::Format(format));
         }
         let wrong_length = InvalidTile::Length(bytes.len());
-        let (cells, hits) = rest.split_at_checked(4 * N_CELLS).ok_or(wrong_length)?;
-        if hits.len() % 4 != 0 {
+        let (cells, rest) = rest.split_at_checked(4 * N_CELLS).ok_or(wrong_length)?;
+        let (hits, histories) = if format == FORMAT_HISTORIES {
+            let (n_known, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
+            let n_bytes = (u32::from_le_bytes(*n_known) as usize).saturating_mul(4);
+            rest.split_at_checked(n_bytes).ok_or(wrong_length)?
+        } else {
+            (rest, &[][..])
+        };
+        if hits.len() % 4 != 0 || histories.len() % (2 + HISTORY_BYTES) != 0 {
             return Err(wrong_length);
         }
         let mut tile = Self::unknown();
@@ -198,6 +263,7 @@ impl Tile {
             *log_odds = read;
         }
         tile.read_hits(hits)?;
+        tile.read_histories(histories)?;
         if tile.format() == format { Ok(tile) } else { Err(InvalidTile::Heard(format)) }
     }
 
@@ -215,13 +281,28 @@ impl Tile {
         }
         Ok(())
     }
+
+    fn read_histories(&mut self, bytes: &[u8]) -> Result<(), InvalidTile> {
+        let mut index_min = 0;
+        for [low, high, history @ ..] in bytes.as_chunks::<{ 2 + HISTORY_BYTES }>().0 {
+            let index = u16::from_le_bytes([*low, *high]);
+            if index < index_min || N_CELLS <= usize::from(index) {
+                return Err(InvalidTile::HistoryOf(index));
+            }
+            self.histories.push((index, History::from_bytes(history)?));
+            index_min = index + 1;
+        }
+        Ok(())
+    }
 }
 
 impl PartialEq for Tile {
     /// Bit for bit: "never observed" equals itself.
     fn eq(&self, other: &Self) -> bool {
         let bits = |tile: &Self, index: usize| tile.log_odds[index].to_bits();
-        self.hits == other.hits && (0..N_CELLS).all(|index| bits(self, index) == bits(other, index))
+        self.hits == other.hits
+            && self.histories == other.histories
+            && (0..N_CELLS).all(|index| bits(self, index) == bits(other, index))
     }
 }
 
@@ -235,6 +316,7 @@ impl fmt::Debug for Tile {
             .debug_struct("Tile")
             .field("n_observed", &n_observed)
             .field("n_hit", &n_hit)
+            .field("n_histories", &self.histories.len())
             .finish_non_exhaustive()
     }
 }
@@ -243,11 +325,17 @@ impl fmt::Debug for Tile {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum InvalidTile {
     /// The first byte names no known format.
-    #[error("tile format {0} is not known, the newest is {FORMAT_HEARD}")]
+    #[error("tile format {0} is not known, the newest is {FORMAT_HISTORIES}")]
     Format(u8),
-    /// Only tiles of the second format have cells that were heard only, and all of them have.
-    #[error("a tile of format {0} that should be of the other by its cells")]
+    /// Each format is that of tiles with what the formats before cannot hold.
+    #[error("a tile of format {0} that should be of another by its cells")]
     Heard(u8),
+    /// A history has a flag that is none.
+    #[error("a history with flag {0}")]
+    History(u8),
+    /// A history is out of order or out of the tile.
+    #[error("a history of cell {0} is out of place")]
+    HistoryOf(u16),
     /// So many bytes are no tile.
     #[error("{0} bytes are no tile")]
     Length(usize),

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use meetpoint_geometry::{Cell, GridFrame, GridInfo};
-use meetpoint_occupancy::{Change, ChangeKind, Grid, Raster, Tile, TileIndex, changes};
+use meetpoint_occupancy::{Change, ChangeKind, Grid, Raster, Tile, TileIndex, changes, n_moved};
 use proptest::prelude::*;
 
 /// `.` free, `#` occupied, `?` undecided, blank never observed; the top line has the highest y. The lower-left
@@ -40,6 +40,32 @@ fn between(before: &Grid, now: &Grid) -> Vec<Change> {
 
 fn lines(drawing: &str) -> Vec<String> {
     drawing.lines().map(|line| line.trim_start_matches([' ', '|']).to_owned()).collect()
+}
+
+#[test]
+fn a_closed_door_has_moved_and_a_blurred_wall_has_not() {
+    let open = lines(
+        "|###############
+         |#.............#
+         |#.............#
+         |###.........###
+         |#.............#
+         |#.............#
+         |###############",
+    );
+    let closed = lines(
+        "|###############
+         |#.............#
+         |##...........##
+         |###############
+         |#.............#
+         |#.............#
+         |###############",
+    );
+    let [open, closed] = [open, closed].map(|drawing| grid(&drawing));
+    assert_eq!(n_moved(&open, &closed, 2), 5, "what is three cells or more from its frame");
+    assert_eq!(n_moved(&closed, &open, 2), 5, "the other way around");
+    assert_eq!(n_moved(&open, &open.clone(), 2), 0, "nothing");
 }
 
 #[test]

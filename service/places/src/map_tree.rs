@@ -173,6 +173,12 @@ impl MapTree {
         self.n_ruled_out
     }
 
+    /// Memory that the leaves take, in bytes: what they share, and the travel, is little beside.
+    pub fn n_bytes(&self) -> usize {
+        let leaf = |leaf: &Hypothesis| leaf.map.n_bytes() + size_of::<Hypothesis>();
+        self.leaves.iter().map(leaf).sum()
+    }
+
     /// Somebody says that this hypothesis is true: all others are ruled out. What it becomes by
     /// further travels is told apart as before.
     ///

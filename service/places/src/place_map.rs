@@ -1,6 +1,6 @@
 //! A topological map: places, their gateways, and which gateway leads to which.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 use std::sync::Arc;
 
 use crate::observation::{Observation, View};
@@ -61,6 +61,41 @@ impl PlaceMap {
         self.n_paths
     }
 
+    /// Memory that the map takes, without places, which maps of one tree share, in bytes.
+    pub(crate) fn n_bytes(&self) -> usize {
+        self.places.capacity() * size_of::<Arc<Place>>()
+            + self.links.capacity() * size_of::<Option<Gateway>>()
+    }
+
+    /// All paths, each as its places in order: as many as [`Self::n_paths`]. A circular one is
+    /// listed from its lowest place. O(gateways).
+    pub fn paths(&self) -> Vec<Vec<PlaceId>> {
+        let mut listed: BTreeSet<Gateway> = BTreeSet::new();
+        let mut paths = Vec::new();
+        // Where one comes in who follows a path from its end, or from anywhere where it has none.
+        let ends = self.gateways().filter(|&gateway| {
+            self.leads_to(gateway).is_none() || self.continuation(gateway).is_none()
+        });
+        for end in ends.chain(self.gateways()) {
+            if listed.contains(&end) {
+                continue;
+            }
+            let mut places = Vec::new();
+            let mut at = Some(end);
+            if self.leads_to(end).is_some() && self.continuation(end).is_none() {
+                listed.insert(end);
+                places.push(end.place);
+                at = self.leads_to(end);
+            }
+            for gateway in at.into_iter().flat_map(|at| self.path_inward(at)) {
+                listed.extend([Some(gateway), self.continuation(gateway)].into_iter().flatten());
+                places.push(gateway.place);
+            }
+            paths.push(places);
+        }
+        paths
+    }
+
     /// All places, in the order of their ids.
     pub fn places(&self) -> impl Iterator<Item = (PlaceId, &Place)> {
         (0..).map(PlaceId).zip(self.places.iter().map(AsRef::as_ref))
@@ -97,6 +132,12 @@ impl PlaceMap {
         Gateway { index: (gateway.index + turn % n_gateways) % n_gateways, ..gateway }
     }
 
+    /// The gateway `turn` further back, counter-clockwise, at the same place.
+    pub(crate) fn turned_back(&self, gateway: Gateway, turn: u8) -> Gateway {
+        let n_gateways = self.known(gateway.place).star.n_gateways();
+        Gateway { index: (gateway.index + n_gateways - turn % n_gateways) % n_gateways, ..gateway }
+    }
+
     /// What one sees who arrives at `gateway`.
     pub fn observation(&self, gateway: Gateway) -> Observation {
         let place = self.known(gateway.place);
@@ -130,25 +171,36 @@ impl PlaceMap {
     ///
     /// A breadth-first search, O(gateways).
     pub fn agenda(&self, from: Gateway) -> Vec<(Gateway, Vec<u8>)> {
+        self.nearest(from, |gateway| self.leads_to(gateway).is_none())
+    }
+
+    /// The gateways that are wanted, each with the turns of a shortest travel from `from` to beyond
+    /// it; nearest first, then clockwise.
+    pub(crate) fn nearest(
+        &self,
+        from: Gateway,
+        is_wanted: impl Fn(Gateway) -> bool,
+    ) -> Vec<(Gateway, Vec<u8>)> {
         let mut reached = vec![false; self.places.len()];
         let mut queue = VecDeque::from([(from, Vec::new())]);
-        let mut agenda = Vec::new();
+        let mut found = Vec::new();
         reached[from.place.0 as usize] = true;
         while let Some((at, turns)) = queue.pop_front() {
             for turn in 0..self.known(at.place).star.n_gateways() {
                 let gateway = self.turned(at, turn);
                 let beyond = || turns.iter().copied().chain([turn]).collect::<Vec<u8>>();
-                match self.leads_to(gateway) {
-                    None => agenda.push((gateway, beyond())),
-                    Some(next) if !reached[next.place.0 as usize] => {
-                        reached[next.place.0 as usize] = true;
-                        queue.push_back((next, beyond()));
-                    }
-                    Some(_) => {}
+                if is_wanted(gateway) {
+                    found.push((gateway, beyond()));
+                }
+                if let Some(next) = self.leads_to(gateway)
+                    && !reached[next.place.0 as usize]
+                {
+                    reached[next.place.0 as usize] = true;
+                    queue.push_back((next, beyond()));
                 }
             }
         }
-        agenda
+        found
     }
 
     /// Adds a place that looks as seen; its gateway 0 is the one it is seen from.

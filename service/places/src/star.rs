@@ -13,7 +13,7 @@ use std::fmt;
 use std::str::FromStr;
 
 /// Gateways of a place, at most: no crossing in a building comes near.
-const N_GATEWAYS_MAX: usize = 32;
+pub(crate) const N_GATEWAYS_MAX: usize = 32;
 
 /// How a robot travels away from a place through a gateway (HSSH 2004, section III-C).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -24,6 +24,8 @@ pub enum ControlLaw {
     LeftWall,
     /// Along the wall on its right, written `>`.
     RightWall,
+    /// Straight on, where no wall is near, written `^`.
+    BlindStep,
 }
 
 /// A gateway, as its star describes it.
@@ -59,7 +61,7 @@ pub enum InvalidStar {
     #[error("path fragment `{0}` has more than two gateways")]
     Forked(char),
     /// A sign that is neither a lowercase letter nor a control law.
-    #[error("`{0}` is neither a path fragment (a to z) nor a control law (< or >)")]
+    #[error("`{0}` is neither a path fragment (a to z) nor a control law (<, > or ^)")]
     UnknownSign(char),
 }
 
@@ -137,6 +139,7 @@ impl FromStr for Star {
                 }
                 '<' => ControlLaw::LeftWall,
                 '>' => ControlLaw::RightWall,
+                '^' => ControlLaw::BlindStep,
                 _ => return Err(InvalidStar::UnknownSign(sign)),
             };
             letters.last_mut().ok_or(InvalidStar::UnknownSign(sign))?.1 = law;
@@ -170,6 +173,7 @@ impl fmt::Display for Star {
                 ControlLaw::Midline => "",
                 ControlLaw::LeftWall => "<",
                 ControlLaw::RightWall => ">",
+                ControlLaw::BlindStep => "^",
             };
             write!(f, "{letter}{law}")?;
         }
@@ -212,7 +216,7 @@ mod tests {
         assert_eq!(error("aaa"), "path fragment `a` has more than two gateways");
         assert_eq!(
             error("<a"),
-            "`<` is neither a path fragment (a to z) nor a control law (< or >)"
+            "`<` is neither a path fragment (a to z) nor a control law (<, > or ^)"
         );
         let one_way = Opening { continues_after: 1, control_law: ControlLaw::Midline };
         let ends = Opening { continues_after: 0, ..one_way };

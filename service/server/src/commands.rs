@@ -3,6 +3,7 @@
 pub mod bench;
 pub mod changes;
 pub mod closures;
+pub mod doors;
 pub mod explore;
 pub mod graph;
 pub mod hypotheses;
@@ -10,6 +11,7 @@ pub mod import;
 pub mod map;
 pub mod merge;
 pub mod merges;
+pub mod places;
 pub mod plan;
 pub mod rebuild;
 pub mod relax;
@@ -21,6 +23,8 @@ mod asked;
 mod canvas;
 mod graph_picture;
 mod likelihood_curve;
+mod map_hypotheses;
+mod place_picture;
 mod plan_picture;
 mod watched_job;
 

@@ -122,6 +122,15 @@ pub enum Error {
         /// The closure asked for.
         closure: String,
     },
+    /// Nobody told of a visit to a place.
+    #[error("nothing was told of visits to places on map `{0}`, or by that session")]
+    NothingTravelled(String),
+    /// No map of that id fits the travel, or not any more.
+    #[error("no hypothesis `{0}` fits the travel: it may have gone on, or have been refuted")]
+    NoSuchHypothesis(String),
+    /// Nobody has said that it is true.
+    #[error("nobody has asserted hypothesis `{0}`")]
+    HypothesisNotAsserted(String),
     /// No job has that id.
     #[error("no job `{0}`")]
     NoSuchJob(String),
@@ -356,6 +365,9 @@ impl Error {
             Self::NoSuchClosure { .. } => (Code::NotFound, "CLOSURE_NOT_FOUND"),
             Self::LandmarksUnknown { .. } => (Code::WrongState, "LANDMARKS_UNKNOWN"),
             Self::NothingSeen(_) => (Code::WrongState, "NOTHING_SEEN"),
+            Self::NothingTravelled(_) => (Code::NotFound, "NOTHING_TRAVELLED"),
+            Self::NoSuchHypothesis(_) => (Code::NotFound, "HYPOTHESIS_NOT_FOUND"),
+            Self::HypothesisNotAsserted(_) => (Code::WrongState, "HYPOTHESIS_NOT_ASSERTED"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
             Self::NoPicture(_) => (Code::NotFound, "PICTURE_NOT_MADE"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),

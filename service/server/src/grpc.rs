@@ -12,6 +12,7 @@ mod jobs;
 mod landmarks;
 mod maps;
 mod merges;
+mod places;
 mod plans;
 mod robots;
 mod sessions;
@@ -31,6 +32,7 @@ use v1::job_service_server::JobServiceServer;
 use v1::landmark_service_server::LandmarkServiceServer;
 use v1::map_service_server::MapServiceServer;
 use v1::merge_service_server::MergeServiceServer;
+use v1::place_service_server::PlaceServiceServer;
 use v1::plan_service_server::PlanServiceServer;
 use v1::robot_service_server::RobotServiceServer;
 use v1::session_service_server::SessionServiceServer;
@@ -69,6 +71,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<ClosureServiceServer<Service>>().await;
     health.set_serving::<MergeServiceServer<Service>>().await;
     health.set_serving::<JobServiceServer<Service>>().await;
+    health.set_serving::<PlaceServiceServer<Service>>().await;
     health.set_serving::<PlanServiceServer<Service>>().await;
     health.set_serving::<CostServiceServer<Service>>().await;
     health.set_serving::<ExplorationServiceServer<Service>>().await;
@@ -90,6 +93,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(ClosureServiceServer, service))
         .add_service(carried!(MergeServiceServer, service))
         .add_service(carried!(JobServiceServer, service))
+        .add_service(carried!(PlaceServiceServer, service))
         .add_service(carried!(PlanServiceServer, service))
         .add_service(carried!(ExplorationServiceServer, service))
         .add_service(carried!(CostServiceServer, service));

@@ -7,6 +7,7 @@ mod convert;
 pub mod demo;
 pub mod error;
 mod grpc;
+mod hypotheses;
 mod ingest;
 mod jobs;
 mod listener;

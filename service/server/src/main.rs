@@ -33,6 +33,10 @@ enum Command {
     Trajectory(commands::trajectory::TrajectoryArgs),
     /// Show what became of a map's cells since a version
     Changes(commands::changes::ChangesArgs),
+    /// Show the doors of a map: places whose occupancy keeps changing
+    Doors(commands::doors::DoorsArgs),
+    /// Show the places of a map, their gateways and how paths join them, or draw them
+    Places(commands::places::PlacesArgs),
     /// Show every topological map that fits a travel from place to place, and what would decide
     Hypotheses(commands::hypotheses::HypothesesArgs),
     /// Make new weights for the network that reads sonar
@@ -81,7 +85,9 @@ async fn main() -> ExitCode {
         Command::Explore(args) => commands::explore::run(args).await,
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Changes(args) => commands::changes::run(args).await,
-        Command::Hypotheses(args) => commands::hypotheses::run(&args),
+        Command::Doors(args) => commands::doors::run(args).await,
+        Command::Places(args) => commands::places::run(args).await,
+        Command::Hypotheses(args) => commands::hypotheses::run(&args).await,
         Command::Train(args) => commands::train::run(args).await,
         Command::Bench(args) => commands::bench::run(args).await,
         Command::Rebuild(args) => commands::rebuild::run(args).await,

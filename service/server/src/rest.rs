@@ -6,6 +6,7 @@ mod batches;
 mod changes;
 mod closures;
 mod costs;
+mod doors;
 mod entity_tag;
 mod events;
 mod exploration;
@@ -14,12 +15,15 @@ mod graphs;
 mod grids;
 mod health;
 mod home;
+mod hypotheses;
+mod hypothesis_tree;
 mod idempotency;
 mod imports;
 mod integer;
 mod job_pictures;
 mod jobs;
 mod landmarks;
+mod mapping_parameters;
 mod maps;
 mod merge_job;
 mod merge_parts;
@@ -27,6 +31,7 @@ mod merges;
 mod observations;
 mod openapi;
 mod page;
+mod places;
 mod plan_tables;
 mod planned_path;
 mod plans;
@@ -46,6 +51,7 @@ mod sessions;
 mod sse;
 mod tiles;
 mod trajectories;
+mod travels;
 mod tum;
 mod versions;
 mod whereabouts;
@@ -67,9 +73,12 @@ use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use crate::service::Service;
 pub(crate) use changes::ChangeList;
+pub(crate) use doors::DoorList;
 pub(crate) use exploration::{Exploration, code_name as exploration_code_name};
 pub(crate) use graphs::Graph;
+pub(crate) use hypotheses::HypothesisList;
 pub(crate) use imports::MapImport;
+pub(crate) use places::PlaceList;
 pub(crate) use planned_path::PathReply;
 pub(crate) use trajectories::Trajectory;
 
@@ -124,6 +133,10 @@ fn api() -> OpenApiRouter<Rest> {
     OpenApiRouter::with_openapi(openapi::Document::openapi())
         .routes(routes!(maps::list_maps, maps::create_map))
         .routes(routes!(maps::get_map))
+        .routes(routes!(
+            mapping_parameters::get_mapping_parameters,
+            mapping_parameters::set_mapping_parameters
+        ))
         .routes(routes!(imports::import_map))
         .routes(routes!(versions::list_map_versions))
         .routes(routes!(versions::get_map_version))
@@ -133,6 +146,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(graphs::get_graph).layer(drawing.clone()))
         .routes(routes!(regions::get_region))
         .routes(routes!(changes::list_changes))
+        .routes(routes!(doors::list_doors))
         .routes(routes!(landmarks::list_landmarks))
         .routes(routes!(whereabouts::get_whereabouts).layer(drawing.clone()))
         .routes(routes!(closures::list_closures))
@@ -144,6 +158,13 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(merges::accept_merge))
         .routes(routes!(merges::reject_merge))
         .routes(routes!(merges::undo_merge))
+        .routes(routes!(hypotheses::list_hypotheses))
+        .routes(routes!(hypotheses::get_hypothesis).layer(drawing.clone()))
+        .routes(routes!(hypotheses::assert_hypothesis))
+        .routes(routes!(hypotheses::undo_hypothesis))
+        .routes(routes!(travels::plan_travel))
+        .routes(routes!(travels::get_next_travel))
+        .routes(routes!(places::list_places).layer(drawing.clone()))
         .routes(routes!(plans::plan_path))
         .routes(routes!(plans::plan_matrix))
         .routes(routes!(plans::next_motion))

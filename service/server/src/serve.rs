@@ -18,6 +18,7 @@ use tokio_util::sync::CancellationToken;
 use tower::ServiceExt;
 
 use crate::activity::Activity;
+use crate::hypotheses::Travels;
 use crate::ingest::{JournalWriter, KnownSessions};
 use crate::jobs;
 use crate::live::Live;
@@ -82,6 +83,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
         grids: GridCache::default(),
         topologies: TopologyCache::default(),
         planner,
+        travels: Travels::default(),
         importing: Arc::new(Semaphore::new(imports::N_AT_ONCE)),
         stop: CancellationToken::new(),
     }));

@@ -7,6 +7,7 @@ use tokio::sync::Semaphore;
 use tokio_util::sync::CancellationToken;
 
 use crate::activity::Activity;
+use crate::hypotheses::Travels;
 use crate::ingest::{JournalWriter, KnownSessions};
 use crate::live::Live;
 use crate::mapping::Actors;
@@ -31,6 +32,7 @@ pub struct Parts {
     pub(crate) grids: GridCache,
     pub(crate) topologies: TopologyCache,
     pub(crate) planner: Planner,
+    pub(crate) travels: Travels,
     /// One permit for each import that may be under way.
     pub(crate) importing: Arc<Semaphore>,
     /// Cancelled when the service stops: long streams end with it.

@@ -24,6 +24,7 @@ pub struct Settings {
     pub journal: JournalSettings,
     pub mapping: MappingSettings,
     pub planning: PlanningSettings,
+    pub hypotheses: HypothesisSettings,
     pub jobs: JobSettings,
     pub merging: MergingSettings,
 }
@@ -80,6 +81,7 @@ pub struct MappingSettings {
     pub n_maps_at_once: usize,
     pub snapshot_scans: u64,
     pub idle_snapshot_ms: u64,
+    pub moved_snapshot_ms: u64,
     pub idle_stop_s: u64,
     pub read_ahead_n_max: u32,
     pub read_ahead_bytes_max: usize,
@@ -105,6 +107,15 @@ pub struct PlanningSettings {
     pub matrix_pairs_max: u64,
     pub n_costs_max: usize,
     pub n_profiles_max: usize,
+}
+
+/// How many maps of places are kept.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "each field is explained in settings.toml, once")]
+pub struct HypothesisSettings {
+    pub n_kept_max: usize,
+    pub n_visits_max: usize,
 }
 
 /// How work in the background is done.
@@ -239,7 +250,8 @@ fn set_from_environment(
 }
 
 fn check(settings: &Settings) -> Result<(), InvalidSettings> {
-    let Settings { server, limits, journal, mapping, planning, jobs, merging } = settings;
+    let Settings { server, limits, journal, mapping, planning, hypotheses, jobs, merging } =
+        settings;
     let least = [
         ("server.n_connections_max", server.n_connections_max as u64, 1),
         ("limits.batch_bytes_max", u64::from(limits.batch_bytes_max), 1024),
@@ -256,12 +268,15 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("journal.n_readers", u64::from(journal.n_readers), 1),
         ("mapping.snapshot_scans", mapping.snapshot_scans, 1),
         ("mapping.idle_snapshot_ms", mapping.idle_snapshot_ms, 1),
+        ("mapping.moved_snapshot_ms", mapping.moved_snapshot_ms, 1),
         ("mapping.idle_stop_s", mapping.idle_stop_s, 1),
         ("mapping.read_ahead_n_max", u64::from(mapping.read_ahead_n_max), 1),
         ("mapping.read_ahead_bytes_max", mapping.read_ahead_bytes_max as u64, 1),
         ("mapping.lease_ttl_s", u64::from(mapping.lease_ttl_s), 3),
         ("planning.n_builds_at_once", planning.n_builds_at_once as u64, 1),
         ("planning.matrix_pairs_max", planning.matrix_pairs_max, 1),
+        ("hypotheses.n_kept_max", hypotheses.n_kept_max as u64, 1),
+        ("hypotheses.n_visits_max", hypotheses.n_visits_max as u64, 1),
         ("jobs.n_at_once", jobs.n_at_once as u64, 1),
         ("jobs.scans_bytes_max", jobs.scans_bytes_max as u64, 1),
         ("merging.n_scans_again", merging.n_scans_again, 1),

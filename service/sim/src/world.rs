@@ -39,6 +39,15 @@ pub fn rooms() -> World {
     world(include_str!("../worlds/rooms.txt"), &["AB"])
 }
 
+/// A lab at A with door 1 to a corridor at B, and another way there by the room beside it, 12 m by 6 m: for doors
+/// that are found closed.
+///
+/// # Panics
+/// Never: the drawing is part of the crate and tested.
+pub fn lab() -> World {
+    world(include_str!("../worlds/lab.txt"), &["ABDCABDCA"])
+}
+
 /// A corridor of 1.5 m around a block, 16 m by 10 m: the shortest drive that closes a loop.
 ///
 /// # Panics

@@ -103,7 +103,7 @@ pub(crate) fn points_at(
     let points = middles(lattice, minima).into_iter();
     points
         .filter_map(|index| {
-            let (basis, opening_rad) = basis_points(lattice, clearance, index);
+            let (basis, opening_rad) = widest_basis(lattice, clearance, index);
             (params.opening_min_rad <= opening_rad).then_some(CriticalPoint { index, basis })
         })
         .collect()
@@ -130,9 +130,17 @@ fn middles(lattice: Lattice, cells: &[usize]) -> Vec<usize> {
     middles
 }
 
-/// The two basis points of a cell on the diagram: its own, and of those of its neighbours the one
-/// farthest around; and the angle between the two, in radians.
-fn basis_points(lattice: Lattice, clearance: &Clearance, index: usize) -> ([usize; 2], f64) {
+/// The two basis points of a cell on the diagram, by index: its own, and of those of its neighbours
+/// the one farthest around.
+///
+/// # Panics
+/// If `index` lies outside or on the rim; no cell of the diagram does.
+pub fn basis_points(clearance: &Clearance, index: usize) -> [usize; 2] {
+    widest_basis(Lattice::new(clearance.info()), clearance, index).0
+}
+
+/// [`basis_points`], and the angle between the two, in radians.
+fn widest_basis(lattice: Lattice, clearance: &Clearance, index: usize) -> ([usize; 2], f64) {
     let basis = |index: usize| clearance.basis()[index] as usize;
     let own = basis(index);
     let cosine_to = |other: usize| cosine(lattice.offset(index, own), lattice.offset(index, other));

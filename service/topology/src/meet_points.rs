@@ -73,7 +73,7 @@ pub fn meet_points(
     let info = voronoi.info();
     let lattice = Lattice::new(info);
     let arm = params.arm_m / info.frame.resolution_m();
-    let voronoi = &without_spurs(voronoi, clearance, params.arm_m);
+    let voronoi = &without_spurs(voronoi, clearance, params.arm_m, f64::INFINITY);
     let of_degree = |is_wanted: fn(usize) -> bool| {
         let cells = voronoi.cells().iter().copied();
         cells.filter(move |&index| is_wanted(voronoi.degree(index)))

@@ -19,6 +19,11 @@ impl Drawing {
         Self { grid: Grid::new(frame), marks: ScanMarks::new(), n_done: 0 }
     }
 
+    /// Key scans drawn so far.
+    pub(crate) fn n_drawn(&self) -> usize {
+        self.n_done
+    }
+
     /// Draws the next key scans, up to `end`.
     pub(crate) fn draw(
         &mut self,

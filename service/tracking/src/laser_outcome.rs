@@ -17,6 +17,8 @@ pub enum LaserStage {
     Closures,
     /// Matching each key scan with all that were taken near it.
     Sweeps,
+    /// Matching each key scan with the map that all of them draw.
+    MapMatching,
     /// Placing the scans between key scans, beside drawing the map by the relaxed poses.
     Placing,
     /// Measuring the map by the relaxed poses.

@@ -5,22 +5,25 @@
 //! scans matched across them say how they lie to each other, and where nothing was seen twice each stays
 //! where it was placed.
 
+mod progress;
+
 use std::num::NonZero;
 use std::ops::Range;
 
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
 
-use crate::closures::closure::{Closure, ClosureKey, Verdict};
+use crate::closures::closure::{Closure, ClosureKey};
 use crate::closures::closure_search::ClosureSearch;
 use crate::closures::evidence::Evidence;
 use crate::drawing::Drawing;
 use crate::graph::pose_graph::Edge;
-use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, LaserStage, TravelOutcome};
+use crate::laser_outcome::{LaserFigures, LaserOutcome, LaserProgress, TravelOutcome};
 use crate::relaxation_params::LaserRelaxationParams;
 use crate::scans::calibration::{Calibration, calibration};
 use crate::scans::chain::{Chain, ScannedStep, odometry_edge, odometry_step, scanned_step};
 use crate::scans::key_scan::{KeyScan, key_scans};
 use crate::scans::laser_travel::PlacedTravel;
+use crate::scans::map_matching::MapMatching;
 use crate::scans::neighbours::{pairs_across, pairs_along};
 use crate::scans::placing::{Keys, carried, placed, stands};
 use crate::scans::sweep::Sweeps;
@@ -68,6 +71,8 @@ enum Work {
     ChainSweeps(Sweeps, u32),
     Closures(Box<ClosureSearch>),
     Sweeps(Sweeps, u32),
+    /// With the sweeps that came before.
+    MapMatching(Box<(MapMatching, Sweeps)>),
     Placing(Drawing),
     After(Drawing),
     Done,
@@ -180,6 +185,7 @@ impl LaserRelaxation {
             Work::ChainSweeps(sweeps, n) => self.sweep_chain(sweeps, n),
             Work::Closures(search) => self.search_some(search),
             Work::Sweeps(sweeps, n) => self.sweep_all(sweeps, n),
+            Work::MapMatching(both) => self.match_some_with_map(both),
             Work::Placing(drawing) => self.place_some(drawing),
             Work::After(drawing) => {
                 self.after.sharpness = self.measured(&drawing);
@@ -340,6 +346,16 @@ impl LaserRelaxation {
         if n_done < self.params.n_sweeps_max && !is_settled {
             return Work::Sweeps(sweeps, n_done);
         }
+        let matching = MapMatching::new(self.frame, self.params.n_map_rounds);
+        Work::MapMatching(Box::new((matching, sweeps)))
+    }
+
+    fn match_some_with_map(&mut self, mut both: Box<(MapMatching, Sweeps)>) -> Work {
+        let (matching, sweeps) = &mut *both;
+        let (scans, poses) = ((&self.travels.all, self.keys.as_slice()), &mut self.key_poses);
+        if matching.advance(scans, poses, &self.params.mapping, self.params.n_threads) {
+            return Work::MapMatching(both);
+        }
         self.before.chi2 = sweeps.chi2(&self.live);
         self.after.chi2 = sweeps.chi2(&self.key_poses);
         if let Some(search) = self.search.take() {
@@ -379,38 +395,6 @@ impl LaserRelaxation {
             }
         }
         if end < n_scans { Work::Placing(drawing) } else { Work::After(drawing) }
-    }
-
-    fn progress(&self) -> Option<LaserProgress> {
-        let of = |part: usize, all: usize| part as f64 / all.max(1) as f64;
-        let (stage, share) = match &self.work {
-            Work::Before(_, steps) => (LaserStage::Before, 0.15 * of(steps.len(), self.keys.len())),
-            Work::ChainSweeps(..) => (LaserStage::Chain, 0.15),
-            Work::Closures(search) => {
-                (LaserStage::Closures, 0.2 + 0.3 * search.share(&self.params.closures))
-            }
-            Work::Sweeps(_, n) => (
-                LaserStage::Sweeps,
-                0.5 + 0.25 * of(*n as usize, self.params.n_sweeps_max as usize),
-            ),
-            Work::Placing(_) => {
-                (LaserStage::Placing, 0.75 + 0.2 * of(self.n_placed, self.travels.all.scans.len()))
-            }
-            Work::After(_) => (LaserStage::After, 0.95),
-            Work::Done => return None,
-        };
-        let search = match &self.work {
-            Work::Closures(search) => Some(search),
-            _ => self.search.as_ref(),
-        };
-        let (n_accepted, n_refused) = search.map_or_else(
-            || {
-                let n = self.closures.iter().filter(|c| c.verdict == Verdict::Accepted).count();
-                (n, self.closures.len() - n)
-            },
-            |search| search.counts(),
-        );
-        Some(LaserProgress { share, stage, n_accepted, n_refused })
     }
 
     /// What was found. Before [`LaserRelaxation::advance`] said that all is done: the poses as far as

@@ -37,6 +37,8 @@ pub struct LaserRelaxationParams {
     pub n_wide_sweeps: u32,
     /// Sweeps over all pairs, at most.
     pub n_sweeps_max: u32,
+    /// Rounds in which each key scan is matched with the map of all.
+    pub n_map_rounds: u32,
     /// How the pose graph of submaps is solved.
     pub graph: PoseGraphParams,
     /// How that of key scans is solved in each sweep: the next one goes on from there.
@@ -149,6 +151,7 @@ impl LaserRelaxationParams {
             n_chain_sweeps: 1,
             n_wide_sweeps: 1,
             n_sweeps_max: 2,
+            n_map_rounds: 0,
             ..self
         }
     }
@@ -209,6 +212,7 @@ impl LaserRelaxationParams {
         n_chain_sweeps: 2,
         n_wide_sweeps: 2,
         n_sweeps_max: 10,
+        n_map_rounds: 1,
         graph: PoseGraphParams { n_iterations_max: 20, fall_min: 1e-4 },
         sweep_graph: PoseGraphParams { n_iterations_max: 2, fall_min: 1e-3 },
         n_threads: NonZero::<usize>::MIN,

@@ -5,12 +5,14 @@ mod simulated_drive;
 use std::num::NonZero;
 
 use meetpoint_geometry::{Point2, Pose, angle_between};
-use meetpoint_sim::{Building, OdometryError, corridor_loop};
+use meetpoint_sim::{Building, OdometryError, Robot, corridor_loop, ring_corridor};
 use meetpoint_tracking::{
     Closure, ClosureKey, ClosureMoment, LaserOutcome, LaserRelaxation, LaserRelaxationParams,
     LaserTravel, PlacedTravel, Refusal, Verdict,
 };
 use nalgebra::{Matrix3, Vector3};
+use rand::SeedableRng;
+use rand_chacha::ChaCha8Rng;
 
 use simulated_drive::{Driven, ROBOT, accepted, error_max_m, poses, relaxed_together};
 
@@ -159,6 +161,28 @@ fn an_office_is_not_taken_for_another_alike() {
     }
     let error_m = error_max_m(poses(&outcome), &driven.truths);
     assert!(error_m < 0.3, "{error_m} m off");
+}
+
+/// A bare corridor twice around a block: nowhere is it certain where along it the robot is.
+#[test]
+fn what_a_bare_corridor_leaves_open_is_closed_across_it() {
+    let (building, way) =
+        ring_corridor(&mut ChaCha8Rng::seed_from_u64(10)).expect("a good drawing");
+    let robot = Robot { n_ticks_per_scan: 8, ..ROBOT };
+    let driven = simulated_drive::driven(&building, robot, &way, 10);
+    let outcome = relaxed(&driven.travel, &[]);
+    let back = |closure: &&Closure| truth_of(closure, &driven).distance_m() < 3.0;
+    let n_back = outcome.closures.iter().filter(back).count();
+    let n_closed = accepted(&outcome).filter(back).count();
+    assert!(40 <= n_back && 9 * n_back <= 10 * n_closed, "{n_closed} of {n_back} closed");
+    let along = |closure: &&Closure| 1.0 < closure.covariance[0][0].max(closure.covariance[1][1]);
+    assert!(5 <= accepted(&outcome).filter(along).count(), "of which some are open along it");
+    for closure in accepted(&outcome) {
+        let chi2 = chi2_of_error(closure, &driven);
+        assert!(chi2 < 25.0, "{} m off: {closure:?}", error_of_m(closure, &driven));
+    }
+    let error_m = error_max_m(poses(&outcome), &driven.truths);
+    assert!(error_m < 0.2, "{error_m} m off");
 }
 
 /// A travel that was placed somewhat wrong.

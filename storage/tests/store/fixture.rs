@@ -96,6 +96,7 @@ pub(crate) fn batch_rejecting(
         content_hash: ContentHash::of(content.as_bytes()),
         rejections,
         n_scans: 1,
+        n_visits: 0,
         stamps_ns: Some((stamp_ns, stamp_ns)),
     };
     AppendRequest { session: session.id, epoch: session.epoch, receive_time_ns: 300, entry }

@@ -20,6 +20,7 @@ pub(crate) fn snapshot(lease: &MapLease) -> NewSnapshot {
         journal_seq: JournalSeq(1),
         origin: "tracking".to_owned(),
         sonar_weights: "3c0a".to_owned(),
+        mapping_parameters: String::new(),
         n_scans: 3,
         bounds_m: Some([-1.0, -2.0, 3.0, 4.5]),
         state: b"state".to_vec(),

@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use meetpoint_places::{
-    Assumptions, Gateway, MapTree, MapTreeParams, PlaceId, Step, View, World, sightings,
+    Assumptions, Gateway, MapTree, MapTreeParams, PlaceId, Selection, Step, View, World,
+    next_errand, sightings,
 };
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,11 +14,11 @@ const SIDE: u32 = 10;
 const N_TRAVELS: usize = 1000;
 /// After how many travels a row is printed.
 const ROWS: [usize; 7] = [10, 20, 50, 100, 200, 500, 1000];
-const PARAMS: MapTreeParams =
-    MapTreeParams { assumptions: Assumptions::HSSH_2004_PLANAR, n_hypotheses_max: 1000 };
+/// Hypotheses kept: as the service does, and as `meetpoint hypotheses` does without it.
+const N_HYPOTHESES_MAX: [usize; 2] = [300, 1000];
 
 /// A street grid of `SIDE` x `SIDE` places with about half of the ways between rows.
-fn floor(rng: &mut ChaCha8Rng) -> String {
+pub(crate) fn floor(rng: &mut ChaCha8Rng) -> String {
     let mut drawing = String::new();
     let name = |x, y| char::from_u32(0x4e00 + y * SIDE + x).expect("a sign with a meaning");
     for y in 0..SIDE {
@@ -37,16 +38,18 @@ fn floor(rng: &mut ChaCha8Rng) -> String {
 /// Prints the table.
 pub(crate) fn print() {
     println!(
-        "| looks of places | travels | hypotheses | given up | places, paths of the simplest | true map kept | ms a travel |"
+        "| kept at most | looks of places | travels | hypotheses | given up | places, paths of the simplest | true map kept | ms a travel | ms to choose the next | MB |"
     );
-    println!("|---|---|---|---|---|---|---|");
-    for n_views in [1, 10, 100] {
-        drive(n_views);
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    for n_hypotheses_max in N_HYPOTHESES_MAX {
+        for n_views in [1, 10, 100] {
+            drive(n_hypotheses_max, n_views);
+        }
     }
 }
 
 /// Drives at random, where every place has one of `n_views` looks.
-fn drive(n_views: u32) {
+fn drive(n_hypotheses_max: usize, n_views: u32) {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
     let drawing = floor(&mut rng);
     let world = World::from_drawing(&drawing).expect("a drawing");
@@ -58,7 +61,8 @@ fn drive(n_views: u32) {
     let from = Gateway { place: PlaceId(0), index: 0 };
     let mut first = world.map().observation(from);
     first.view = view(from);
-    let mut tree = MapTree::new(PARAMS, first);
+    let assumptions = Assumptions::HSSH_2004_PLANAR;
+    let mut tree = MapTree::new(MapTreeParams { assumptions, n_hypotheses_max }, first);
     let (mut at, mut turns, mut busy_s, mut n_timed) = (from, Vec::new(), 0.0, 0);
     for n_travels in 1..=N_TRAVELS {
         let n_gateways = world.map().observation(at).star.n_gateways();
@@ -79,12 +83,16 @@ fn drive(n_views: u32) {
             let simplest = tree.hypotheses().first().map_or_else(String::new, |leaf| {
                 format!("{}, {}", leaf.map.n_places(), leaf.map.n_paths())
             });
+            let begin = Instant::now();
+            std::hint::black_box(next_errand(&tree, Selection::LeastRotation));
+            let choosing_ms = begin.elapsed().as_secs_f64() * 1e3;
             println!(
-                "| {n_views} | {n_travels} | {} | {} | {simplest} | {} | {:.3} |",
+                "| {n_hypotheses_max} | {n_views} | {n_travels} | {} | {} | {simplest} | {} | {:.3} | {choosing_ms:.3} | {:.1} |",
                 tree.hypotheses().len(),
                 tree.n_given_up(),
                 if is_kept { "yes" } else { "no" },
-                busy_s * 1e3 / f64::from(n_timed)
+                busy_s * 1e3 / f64::from(n_timed),
+                tree.n_bytes() as f64 / 1e6
             );
             (busy_s, n_timed) = (0.0, 0);
         }

@@ -37,6 +37,10 @@ fn fitting(tree: &MapTree) -> Vec<Fitting> {
 fn check(travel: &Travel) {
     for assumptions in ALL {
         let tree = tree(travel, assumptions, usize::MAX / 2);
+        for leaf in tree.hypotheses() {
+            let paths = leaf.map.paths();
+            assert_eq!(paths.len(), leaf.map.n_paths(), "{travel}: {paths:?}");
+        }
         let (found, expected) = (fitting(&tree), all_maps(travel, assumptions));
         let simplicity = |map: &Fitting| (map.n_places, map.n_paths);
         assert!(found.is_sorted_by_key(simplicity), "{travel}: the simplest first");

@@ -1,8 +1,15 @@
-//! Trees of topological maps, against their definition and in figures.
+//! Trees of topological maps, against their definition and in figures; NX in its environments.
 
 mod asking;
 mod definition;
+mod driven;
 mod enumeration;
 mod figures;
+mod local;
+mod measured;
 mod nested_loops;
+mod nx_drive;
+mod nx_measures;
+mod nx_worlds;
+mod scrolling;
 mod shortest;

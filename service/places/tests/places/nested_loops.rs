@@ -15,7 +15,7 @@ const LEFT_OUT_PERCENT: u32 = 25;
 
 /// A street grid of up to 4 x 4 places with ways left out; places that no way leads to are not
 /// drawn.
-fn floor(rng: &mut ChaCha8Rng) -> String {
+pub(crate) fn floor(rng: &mut ChaCha8Rng) -> String {
     let (width, height) = (rng.random_range(3..=4_usize), rng.random_range(3..=4_usize));
     let mut is_there = || LEFT_OUT_PERCENT <= rng.random_range(0..100);
     let rightward: Vec<Vec<bool>> =

@@ -9,6 +9,7 @@ use meetpoint_proto::v1;
 pub(super) type Colour = [u8; 3];
 
 const UNKNOWN: Colour = [205, 205, 205];
+const FREE: Colour = [255, 255, 255];
 const WALL: Colour = [45, 45, 45];
 const SPECK: Colour = [238, 238, 238];
 /// Critical lines.
@@ -77,6 +78,20 @@ impl Canvas {
         for (index, pixel) in self.pixels.iter_mut().enumerate() {
             let (column, row) = (index % self.width / scale, index / self.width / scale);
             *pixel = cells[row * n_columns + column];
+        }
+    }
+
+    /// What is free, walls, and what was never observed.
+    pub(super) fn draw_occupancy(&mut self, raster: &Raster) {
+        let scale = self.scale as usize;
+        let n_columns = self.info.width as usize;
+        for (index, pixel) in self.pixels.iter_mut().enumerate() {
+            let (column, row) = (index % self.width / scale, index / self.width / scale);
+            *pixel = match raster.log_odds[row * n_columns + column] {
+                odds if odds.is_nan() => UNKNOWN,
+                odds if odds < 0.0 => FREE,
+                _ => WALL,
+            };
         }
     }
 

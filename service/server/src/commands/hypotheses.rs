@@ -1,4 +1,5 @@
-//! `meetpoint hypotheses`: every topological map that fits a travel which is written down.
+//! `meetpoint hypotheses`: every topological map that fits a travel, which is written down or told of by a
+//! robot.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -7,7 +8,11 @@ use anyhow::Context;
 use meetpoint_places::{
     Assumptions, Hypothesis, MapTree, MapTreeParams, Observation, Sighting, Travel, next_decision,
 };
+use meetpoint_proto::v1;
 use serde_json::{Value, json};
+
+use super::asked::ServerArgs;
+use super::map_hypotheses::{self, Shown};
 
 /// Options of `meetpoint hypotheses`.
 #[derive(Debug, clap::Args)]
@@ -16,11 +21,20 @@ pub struct HypothesesArgs {
     /// came in, the same letter twice where a way goes straight through; each step the number of ways clockwise to
     /// the one it left by, 0 being back. A place's looks may be told behind `@`, and `!` says that there is none other
     /// like it: `ab 1:aba 2:abab@hall 0:a@home!`
-    #[arg(value_name = "TRAVEL", required_unless_present = "file")]
+    #[arg(value_name = "TRAVEL", required_unless_present_any = ["file", "map"])]
     travel: Option<String>,
     /// The same from a file; `-` for standard input
     #[arg(long, value_name = "FILE", conflicts_with = "travel")]
     file: Option<PathBuf>,
+    /// The travel that a robot told of on this map of the service
+    #[arg(long, value_name = "MAP", conflicts_with_all = ["travel", "file", "limit"])]
+    map: Option<String>,
+    /// Which session's; that opened last of those that told of visits, if none is given
+    #[arg(long, value_name = "ID", default_value = "", requires = "map")]
+    session: String,
+    /// Save a drawing of the simplest map; `-` for standard output
+    #[arg(long, value_name = "FILE", requires = "map")]
+    png: Option<PathBuf>,
     /// No two ways cross but at places: no bridges, no stairs
     #[arg(long)]
     planar: bool,
@@ -32,17 +46,28 @@ pub struct HypothesesArgs {
     limit: u32,
     /// Maps that are printed, the simplest first
     #[arg(long, value_name = "N", default_value_t = 5)]
-    show: usize,
-    /// Print JSON, for machines
-    #[arg(long)]
-    json: bool,
+    show: u32,
+    #[command(flatten)]
+    server: ServerArgs,
 }
 
 /// Prints the maps, what distinguishes them, and what to do to find out.
 ///
 /// # Errors
-/// If the travel cannot be read, or no map fits it.
-pub fn run(args: &HypothesesArgs) -> anyhow::Result<()> {
+/// If the travel cannot be read, no map fits it, or nobody told of it.
+pub async fn run(args: &HypothesesArgs) -> anyhow::Result<()> {
+    let HypothesesArgs { map, session, planar, circles, show, png, server, .. } = args;
+    if let Some(map) = map {
+        let (map, session) = (map.clone(), session.clone());
+        let tree = v1::TreeName { map, session, planar: *planar, circles: *circles };
+        let shown = Shown { tree, n_maps: *show, json: server.json, png: png.as_deref() };
+        return map_hypotheses::show(&server.client()?, shown).await;
+    }
+    run_apart(args)
+}
+
+/// The same of a travel that is written down: no service is needed.
+fn run_apart(args: &HypothesesArgs) -> anyhow::Result<()> {
     let travel: Travel = written(args)?.trim().parse().context("this is no travel")?;
     let assumptions = Assumptions { has_ordered_paths: !args.circles, is_planar: args.planar };
     let n_hypotheses_max = usize::try_from(args.limit).unwrap_or(usize::MAX);
@@ -51,10 +76,10 @@ pub fn run(args: &HypothesesArgs) -> anyhow::Result<()> {
     if tree.hypotheses().is_empty() {
         anyhow::bail!("no map fits this travel: something was seen or assumed wrongly");
     }
-    if args.json {
+    if args.server.json {
         println!("{:#}", in_json(&tree));
     } else {
-        print!("{}", in_words(&tree, args.show));
+        print!("{}", in_words(&tree, args.show as usize));
     }
     Ok(())
 }
@@ -75,7 +100,7 @@ fn written(args: &HypothesesArgs) -> anyhow::Result<String> {
 }
 
 /// The letter, then letters, of the n-th place.
-fn place_name(index: usize) -> String {
+pub(super) fn place_name(index: usize) -> String {
     let letter = u8::try_from(index % 26).map_or('?', |letter| char::from(b'A' + letter));
     if index < 26 { letter.to_string() } else { format!("{letter}{}", index / 26) }
 }

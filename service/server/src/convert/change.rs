@@ -11,18 +11,18 @@ pub(crate) fn to_wire(change: &Change, frame: GridFrame) -> v1::Change {
         ChangeKind::Appeared => v1::ChangeKind::Appeared,
         ChangeKind::Vanished => v1::ChangeKind::Vanished,
     };
-    let beyond = Cell { x: high.x.saturating_add(1), y: high.y.saturating_add(1) };
-    let (low, high, middle) =
-        (frame.corner_of(low), frame.corner_of(beyond), frame.center_of(first));
+    let middle = frame.center_of(first);
     v1::Change {
         kind: kind.into(),
-        bounding_box: Some(v1::BoundingBox {
-            min_x_m: low.x,
-            min_y_m: low.y,
-            max_x_m: high.x,
-            max_y_m: high.y,
-        }),
+        bounding_box: Some(box_around(low, high, frame)),
         cells: n_cells as u64,
         position: Some(v1::Point { x_m: middle.x, y_m: middle.y }),
     }
+}
+
+/// Around the cells from one corner to the other, which belongs to them.
+pub(super) fn box_around(low: Cell, high: Cell, frame: GridFrame) -> v1::BoundingBox {
+    let beyond = Cell { x: high.x.saturating_add(1), y: high.y.saturating_add(1) };
+    let (low, high) = (frame.corner_of(low), frame.corner_of(beyond));
+    v1::BoundingBox { min_x_m: low.x, min_y_m: low.y, max_x_m: high.x, max_y_m: high.y }
 }

@@ -63,6 +63,7 @@ pub(crate) fn version_to_wire(record: &VersionRecord) -> v1::MapVersion {
         create_time_ns,
         origin,
         sonar_weights,
+        mapping_parameters,
     } = record;
     v1::MapVersion {
         map: map.0.clone(),
@@ -79,6 +80,7 @@ pub(crate) fn version_to_wire(record: &VersionRecord) -> v1::MapVersion {
         create_time_ns: *create_time_ns,
         origin: origin.clone(),
         sonar_weights: sonar_weights.clone(),
+        mapping_parameters: mapping_parameters.clone(),
     }
 }
 

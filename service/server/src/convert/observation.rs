@@ -36,7 +36,9 @@ pub(crate) fn observation(
             bearing_rad: _,
             range_m: _,
         }) => ObservationKind::LandmarkSighting { sensor: sensor()? },
-        v1::observation::Kind::Mark(v1::Mark { label: _ }) => ObservationKind::Mark,
+        // What a visit says is no business of tracking; where it was is, as of a mark.
+        v1::observation::Kind::Mark(v1::Mark { label: _ })
+        | v1::observation::Kind::PlaceVisit(_) => ObservationKind::Mark,
     };
     Some(tracking::Observation { stamp_ns, kind })
 }

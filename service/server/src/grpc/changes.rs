@@ -14,4 +14,11 @@ impl ChangeService for Service {
     ) -> Result<Response<v1::ListChangesResponse>, Status> {
         Ok(self.list_changes(request.into_inner()).await?.into())
     }
+
+    async fn list_doors(
+        &self,
+        request: Request<v1::ListDoorsRequest>,
+    ) -> Result<Response<v1::ListDoorsResponse>, Status> {
+        Ok(self.list_doors(request.into_inner()).await?.into())
+    }
 }

@@ -38,6 +38,20 @@ impl MapService for Service {
         Ok(self.list_maps(request.into_inner()).await?.into())
     }
 
+    async fn get_mapping_parameters(
+        &self,
+        request: Request<v1::GetMappingParametersRequest>,
+    ) -> Result<Response<v1::GetMappingParametersResponse>, Status> {
+        Ok(self.get_mapping_parameters(request.into_inner()).await?.into())
+    }
+
+    async fn set_mapping_parameters(
+        &self,
+        request: Request<v1::SetMappingParametersRequest>,
+    ) -> Result<Response<v1::SetMappingParametersResponse>, Status> {
+        Ok(self.set_mapping_parameters(request.into_inner()).await?.into())
+    }
+
     type WatchMapStream = ReceiverStream<Result<v1::WatchMapResponse, Status>>;
 
     async fn watch_map(

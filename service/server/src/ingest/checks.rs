@@ -9,6 +9,7 @@ use prost::Message;
 use v1::observation::Kind;
 
 use super::stamps::Stamps;
+use crate::convert::place_visit;
 use crate::convert::{pose::COORDINATE_MAX_M, sensor::DeclaredSensor};
 use crate::{error::Error, settings::Limits};
 
@@ -26,6 +27,8 @@ pub(crate) struct Checked {
     pub(crate) rejections: Vec<RejectionRecord>,
     /// Usable laser scans.
     pub(crate) n_scans: u32,
+    /// Usable visits to places.
+    pub(crate) n_visits: u32,
     /// Smallest and largest stamp of what is usable.
     pub(crate) stamps_ns: Option<(i64, i64)>,
 }
@@ -66,7 +69,8 @@ pub(crate) fn check(
     limits: &Limits,
 ) -> Result<Checked, Error> {
     let payload = encoded(batch, limits)?;
-    let mut checked = Checked { payload, rejections: Vec::new(), n_scans: 0, stamps_ns: None };
+    let mut checked =
+        Checked { payload, rejections: Vec::new(), n_scans: 0, n_visits: 0, stamps_ns: None };
     for (index, observation) in (0_u32..).zip(&batch.observations) {
         let place = (batch.number, index);
         match check_observation(place, observation, sensors, stamps, limits) {
@@ -88,6 +92,7 @@ pub(crate) fn check(
 fn note(checked: &mut Checked, observation: &v1::Observation) {
     let stamp_ns = observation.stamp_ns;
     checked.n_scans += u32::from(matches!(observation.kind, Some(Kind::LaserScan(_))));
+    checked.n_visits += u32::from(matches!(observation.kind, Some(Kind::PlaceVisit(_))));
     checked.stamps_ns = Some(match checked.stamps_ns {
         None => (stamp_ns, stamp_ns),
         Some((first, last)) => (first.min(stamp_ns), last.max(stamp_ns)),
@@ -113,6 +118,7 @@ fn check_observation(
         Kind::OdometryPose(odometry) => return check_odometry_pose(odometry),
         Kind::OdometryVelocity(odometry) => return check_velocity(odometry),
         Kind::Mark(v1::Mark { label }) => return check_text("label", label),
+        Kind::PlaceVisit(visit) => return place_visit::visit(visit).map(|_| ()),
         Kind::LaserScan(_) | Kind::SonarScan(_) | Kind::LandmarkSighting(_) => {
             declared(sensor_id, sensors)?
         }

@@ -54,9 +54,26 @@ struct Work {
     /// No version is made before this place of the journal: the newest one tells that far already,
     /// and a map never goes back in time.
     quiet_until: JournalSeq,
+    /// When it was looked last whether something moved, by the service's clock as the journal has it,
+    /// nanoseconds since 1970.
+    looked_ns: i64,
 }
 
 impl Work {
+    fn new(state: MapState, saved: SavedTiles, quiet_until: JournalSeq) -> Self {
+        Self { state, saved, quiet_until, looked_ns: 0 }
+    }
+
+    /// True if something has moved since the last version: a door was closed, say. Looked at after each
+    /// `interval_ns` only.
+    fn has_moved(&mut self, receive_time_ns: i64, interval_ns: i64) -> bool {
+        let is_time = interval_ns <= receive_time_ns.saturating_sub(self.looked_ns);
+        if is_time {
+            self.looked_ns = receive_time_ns;
+        }
+        is_time && self.saved.has_moved(self.state.grid())
+    }
+
     /// Takes a snapshot.
     fn draft(&mut self) -> Draft {
         self.saved.draft(&mut self.state)
@@ -154,13 +171,16 @@ impl Actor<'_> {
         mut work: Work,
         mut entries: VecDeque<JournalEntry>,
     ) -> Result<Work, Error> {
-        let snapshot_scans = self.shared.settings.snapshot_scans;
+        let settings = &self.shared.settings;
+        let due = Due {
+            n_scans: settings.snapshot_scans,
+            moved_ns: nanoseconds(Duration::from_millis(settings.moved_snapshot_ms)),
+        };
         while !entries.is_empty() {
             let thread = self.shared.threads.acquire().await.map_err(|_| Error::Stopping)?;
-            let advanced =
-                tokio::task::spawn_blocking(move || advance(work, entries, snapshot_scans))
-                    .await
-                    .map_err(Error::internal)??;
+            let advanced = tokio::task::spawn_blocking(move || advance(work, entries, due))
+                .await
+                .map_err(Error::internal)??;
             // Saving needs one of its own.
             drop(thread);
             let Advanced { work: advanced_work, left, applied, draft, computing } = advanced;
@@ -182,7 +202,7 @@ impl Actor<'_> {
         for (session, correction) in corrections {
             self.tell_correction(session, correction);
         }
-        let mut work = Work { state, saved, quiet_until: reached };
+        let mut work = Work::new(state, saved, reached);
         while work.state.position() < reached {
             let entries = self.read(work.state.position()).await?;
             work = self.map(work, entries).await?;
@@ -274,7 +294,7 @@ impl Actor<'_> {
         let state = MapState::new(&self.shared.sensing, self.record.resolution_m, decisions)?;
         let newest = self.shared.store.versions(&self.record.id, None, 1).await?;
         let quiet_until = newest.first().map_or(JournalSeq::START, |version| version.journal_seq);
-        Ok(Work { state, saved: SavedTiles::default(), quiet_until })
+        Ok(Work::new(state, SavedTiles::default(), quiet_until))
     }
 
     async fn last_saved(&self) -> Result<Option<Work>, Error> {
@@ -289,7 +309,7 @@ impl Actor<'_> {
         let decisions = Decisions::load(store, &self.record.id, decided_through).await?;
         let bytes = &saved.state;
         let state = checkpoint::restore(sensing, resolution_m, position, bytes, tiles, decisions)?;
-        Ok(Some(Work { state, saved: known, quiet_until: position }))
+        Ok(Some(Work::new(state, known, position)))
     }
 
     async fn read(&self, after: JournalSeq) -> Result<VecDeque<JournalEntry>, Error> {
@@ -317,27 +337,34 @@ impl Actor<'_> {
     }
 }
 
+/// When a version is due.
+#[derive(Clone, Copy, Debug)]
+struct Due {
+    /// After so many scans.
+    n_scans: u64,
+    /// When something has moved, which is looked at so often, nanoseconds.
+    moved_ns: i64,
+}
+
 /// Computes until a version is due or the entries are done.
-fn advance(
-    mut work: Work,
-    mut left: VecDeque<JournalEntry>,
-    snapshot_scans: u64,
-) -> Result<Advanced, Error> {
+fn advance(mut work: Work, mut left: VecDeque<JournalEntry>, due: Due) -> Result<Advanced, Error> {
     let begun = Instant::now();
     let mut applied = Vec::with_capacity(left.len());
-    let mut due = None;
-    while due.is_none()
+    let mut due_from = None;
+    while due_from.is_none()
         && let Some(entry) = left.pop_front()
     {
         let done = work.state.apply(entry)?;
         let origin = if done.imported { IMPORT } else { TRACKING };
-        let is_due =
-            done.ended || done.imported || work.state.n_scans_since_snapshot() >= snapshot_scans;
-        due = (is_due && work.quiet_until <= work.state.position()).then_some(origin);
+        let is_due = done.ended
+            || done.imported
+            || work.state.n_scans_since_snapshot() >= due.n_scans
+            || work.has_moved(done.receive_time_ns, due.moved_ns);
+        due_from = (is_due && work.quiet_until <= work.state.position()).then_some(origin);
         applied.push(done);
     }
     let computing = begun.elapsed();
-    let draft = due.map(|origin| (work.draft(), origin));
+    let draft = due_from.map(|origin| (work.draft(), origin));
     Ok(Advanced { work, left, applied, draft, computing })
 }
 

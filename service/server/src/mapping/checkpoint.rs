@@ -107,7 +107,7 @@ pub(super) fn decided_through(bytes: &[u8]) -> Result<JournalSeq, Error> {
 /// # Errors
 /// [`Error::Internal`] if the bytes are of another format or damaged.
 pub(super) fn restore(
-    sensing: &Arc<Sensing>,
+    service_sensing: &Arc<Sensing>,
     resolution_m: f64,
     position: JournalSeq,
     bytes: &[u8],
@@ -123,6 +123,7 @@ pub(super) fn restore(
     for (key, tile) in tiles {
         by_frame.entry(key.frame).or_default().push((TileIndex { x: key.x, y: key.y }, tile));
     }
+    let sensing = decisions.sensing(service_sensing)?;
     let mut live = |frame: Option<SessionId>, state: &[u8]| {
         let tiles = by_frame.remove(&frame).unwrap_or_default();
         sensing.restored_map(resolution_m, tiles, state)
@@ -135,7 +136,8 @@ pub(super) fn restore(
     }
     let sessions = sessions.into_iter().map(open_session).collect::<Result<_, Error>>()?;
     Ok(MapState {
-        sensing: sensing.clone(),
+        sensing,
+        service_sensing: service_sensing.clone(),
         resolution_m,
         decisions,
         site,

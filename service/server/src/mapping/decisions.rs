@@ -1,15 +1,18 @@
-//! What was decided about the past of a map: where robots had been, and where sessions of unknown start
-//! lie.
+//! What was decided about the past of a map: where robots had been, where sessions of unknown start lie, and what
+//! readings are taken to mean.
 //!
 //! Decisions speak of what was before they were made, so they are known before the first entry is
 //! applied: a map's state is a function of the journal up to one place and of the decisions up to
 //! another, and both are kept with it.
+
+use std::sync::Arc;
 
 use meetpoint_geometry::Pose;
 use meetpoint_storage::{JournalSeq, MapId, SessionId, Store};
 
 use super::placements::{Place, Placements};
 use super::relaxations::Relaxations;
+use super::sensing::Sensing;
 use crate::convert::relaxation::{self, RelaxedSession};
 use crate::error::Error;
 
@@ -19,6 +22,8 @@ pub(crate) struct Decisions {
     through: JournalSeq,
     relaxations: Relaxations,
     placements: Placements,
+    /// What readings are taken to mean; `None` where nobody decided.
+    parameters: Option<Vec<u8>>,
 }
 
 impl Decisions {
@@ -42,7 +47,22 @@ impl Decisions {
                 relaxations.add(found);
             }
         }
-        Ok(Self { through, relaxations, placements })
+        let parameters = store.mapping_parameters(map, through).await?;
+        Ok(Self { through, relaxations, placements, parameters })
+    }
+
+    /// The same with parameters that were decided later, on a map that has nothing yet to decide about.
+    pub(super) fn with_parameters(mut self, payload: Vec<u8>, seq: JournalSeq) -> Self {
+        (self.parameters, self.through) = (Some(payload), seq);
+        self
+    }
+
+    /// By what the map is drawn.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if what was decided cannot be read any more.
+    pub(super) fn sensing(&self, service: &Arc<Sensing>) -> Result<Arc<Sensing>, Error> {
+        service.of(self.parameters.as_deref()).map_err(Error::internal)
     }
 
     /// The same with what a job found out besides, before it is decided.

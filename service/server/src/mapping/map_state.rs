@@ -21,7 +21,10 @@ use crate::error::Error;
 
 /// A map as it grows.
 pub(crate) struct MapState {
+    /// What readings are taken to mean.
     pub(super) sensing: Arc<Sensing>,
+    /// The same where nobody decided about the map.
+    pub(super) service_sensing: Arc<Sensing>,
     pub(super) resolution_m: f64,
     /// Where robots are known to have been, and where merges put sessions.
     pub(super) decisions: Decisions,
@@ -86,15 +89,17 @@ impl MapState {
     /// # Errors
     /// [`Error::Internal`] for a resolution that no map can have.
     pub(crate) fn new(
-        sensing: &Arc<Sensing>,
+        service_sensing: &Arc<Sensing>,
         resolution_m: f64,
         decisions: Decisions,
     ) -> Result<Self, Error> {
+        let sensing = decisions.sensing(service_sensing)?;
         Ok(Self {
-            sensing: sensing.clone(),
+            site: sensing.empty_map(resolution_m)?,
+            sensing,
+            service_sensing: service_sensing.clone(),
             resolution_m,
             decisions,
-            site: sensing.empty_map(resolution_m)?,
             unplaced: BTreeMap::new(),
             sessions: BTreeMap::new(),
             poses: BTreeMap::new(),
@@ -152,12 +157,17 @@ impl MapState {
                 self.end(session)
             }
             JournalEvent::MapImported { payload } => self.import(&payload)?,
+            JournalEvent::MappingParametersDecided { payload } => {
+                self.decide_parameters(payload, seq)?;
+                Applied::default()
+            }
             // What was decided is in from the beginning, or the job that draws by it replaces this map.
             JournalEvent::SessionsRelaxed { .. }
             | JournalEvent::VersionPublished { .. }
             | JournalEvent::CostDecided { .. }
             | JournalEvent::ClosureSwitched { .. }
             | JournalEvent::MergeDecided { .. }
+            | JournalEvent::HypothesisDecided { .. }
             | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;
@@ -174,6 +184,19 @@ impl MapState {
         let state = self.site.state_bytes();
         self.site = self.sensing.restored_map(self.resolution_m, tiles, &state)?;
         Ok(Applied { imported: true, ..Applied::default() })
+    }
+
+    /// Parameters that nothing was drawn by yet hold from now on; others when a job draws the map by them.
+    fn decide_parameters(&mut self, payload: Vec<u8>, seq: JournalSeq) -> Result<(), Error> {
+        let is_untouched = self.sessions.is_empty()
+            && self.unplaced.is_empty()
+            && self.grid().tiles().next().is_none();
+        if is_untouched && self.decisions.through() < seq {
+            self.decisions = self.decisions.clone().with_parameters(payload, seq);
+            self.sensing = self.decisions.sensing(&self.service_sensing)?;
+            self.site = self.sensing.empty_map(self.resolution_m)?;
+        }
+        Ok(())
     }
 
     fn open(

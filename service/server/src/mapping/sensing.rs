@@ -1,24 +1,56 @@
-//! By what maps are drawn: tunables and the weights of sonar, of the whole service.
+//! By what maps are drawn: tunables and the weights of sonar, of the whole service, and what was decided for one
+//! map.
 
 use std::sync::Arc;
 
 use meetpoint_occupancy::{Tile, TileIndex};
 use meetpoint_tracking::{LiveMap, MappingParams};
 
+use crate::convert::mapping_parameters;
 use crate::error::Error;
 use crate::sonar_weights::SonarWeights;
+
+/// Bytes of the hash that names parameters, as for weights of sonar.
+const N_NAME_BYTES: usize = 6;
 
 /// What the readings of sensors are taken to mean.
 #[derive(Clone, Debug)]
 pub(crate) struct Sensing {
     params: MappingParams,
     weights: SonarWeights,
+    /// Names what was decided; empty if nothing was.
+    parameters: String,
 }
 
 impl Sensing {
     /// For buildings, with these weights.
     pub(crate) fn indoor(weights: SonarWeights) -> Self {
-        Self { params: MappingParams::INDOOR, weights }
+        Self { params: MappingParams::INDOOR, weights, parameters: String::new() }
+    }
+
+    /// For a map of which this was decided, beside what the service has.
+    ///
+    /// # Errors
+    /// [`Error::InvalidField`] for what makes no sense; [`Error::Internal`] for what cannot be read.
+    pub(crate) fn of(self: &Arc<Self>, decided: Option<&[u8]>) -> Result<Arc<Self>, Error> {
+        let Some(decided) = decided.filter(|bytes| !bytes.is_empty()) else {
+            return Ok(self.clone());
+        };
+        let wire = mapping_parameters::from_bytes(decided)?;
+        let params = mapping_parameters::applied(&self.params, &wire)?;
+        let mut parameters = blake3::hash(decided).to_hex().to_string();
+        parameters.truncate(2 * N_NAME_BYTES);
+        Ok(Arc::new(Self { params, weights: self.weights.clone(), parameters }))
+    }
+
+    /// The parameters.
+    pub(crate) fn params(&self) -> &MappingParams {
+        &self.params
+    }
+
+    /// The name of the parameters; empty for those of the service.
+    pub(crate) fn parameters(&self) -> &str {
+        &self.parameters
     }
 
     /// The name of the weights by which sonars are read.

@@ -3,13 +3,18 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use meetpoint_occupancy::{Grid, Tile};
+use meetpoint_occupancy::{Grid, Tile, TileIndex, n_moved};
 use meetpoint_storage::{
     ContentHash, JournalSeq, MapLease, NewPoses, NewSnapshot, NewTile, NewTopology, SessionId,
     TileKey,
 };
 
 use super::{checkpoint, map_state::MapState};
+
+/// Cells of this length have changed when something has moved: half of the narrowest door, in metres.
+const MOVED_M: f64 = 0.3;
+/// What is no farther from a wall that stays is its blur, in metres.
+const BLUR_M: f64 = 0.1;
 
 /// The tiles of the last snapshot, by which unchanged ones are recognised without reading them.
 #[derive(Debug, Default)]
@@ -26,6 +31,7 @@ pub(super) struct Draft {
     landmarks: Option<Vec<u8>>,
     poses: Vec<NewPoses>,
     sonar_weights: String,
+    mapping_parameters: String,
 }
 
 impl SavedTiles {
@@ -33,6 +39,20 @@ impl SavedTiles {
     pub(super) fn restored(tiles: &[(TileKey, Arc<Tile>)], hashes: &[ContentHash]) -> Self {
         let saved = tiles.iter().zip(hashes);
         Self(saved.map(|((key, tile), hash)| (*key, (tile.clone(), *hash))).collect())
+    }
+
+    /// True if cells of the site are occupied that were free in the snapshot, or the other way around, more than walls
+    /// are blurred by.
+    pub(super) fn has_moved(&self, now: &Grid) -> bool {
+        let site = self.0.iter().filter(|(key, _)| key.frame.is_none());
+        let tiles = site
+            .map(|(key, (tile, _))| (TileIndex { x: key.x, y: key.y }, tile.clone()))
+            .collect::<Vec<_>>();
+        let n_cells = |length_m: f64| length_m / now.frame().resolution_m();
+        #[expect(clippy::cast_possible_truncation, reason = "some cells")]
+        let blur = n_cells(BLUR_M).round().clamp(1.0, 64.0) as i32;
+        let before = Grid::from_tiles(now.frame(), tiles);
+        n_cells(MOVED_M) <= n_moved(&before, now, blur) as f64
     }
 
     /// Takes a snapshot of `state`, whose poses since the last one go with it.
@@ -63,6 +83,7 @@ impl SavedTiles {
             landmarks: state.decisions.relaxations().landmark_set(),
             poses: poses.collect(),
             sonar_weights: state.sensing.sonar_weights().to_owned(),
+            mapping_parameters: state.sensing.parameters().to_owned(),
         }
     }
 
@@ -113,9 +134,11 @@ impl Draft {
             landmarks,
             poses,
             sonar_weights,
+            mapping_parameters,
         } = self;
         NewSnapshot {
             sonar_weights,
+            mapping_parameters,
             map: lease.map.clone(),
             lease,
             journal_seq,

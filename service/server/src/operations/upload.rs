@@ -93,6 +93,7 @@ impl Service {
             payload: checked.payload,
             rejections: checked.rejections,
             n_scans: checked.n_scans,
+            n_visits: checked.n_visits,
             stamps_ns: checked.stamps_ns,
         })
     }

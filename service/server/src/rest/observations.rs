@@ -13,7 +13,8 @@ use super::request::only_one;
 use crate::error::Error;
 
 /// Anything a robot noticed at one time. One of `odometry_pose`, `odometry_velocity`, `laser_scan`,
-/// `sonar_scan`, `landmark_sighting` and `mark` is wanted; an observation without is rejected.
+/// `sonar_scan`, `landmark_sighting`, `mark` and `place_visit` is wanted; an observation without is
+/// rejected.
 #[derive(Debug, serde::Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(example = json!({
@@ -28,7 +29,8 @@ pub(crate) struct Observation {
     /// The robot's monotonic clock in nanoseconds, where it has one.
     #[serde(default)]
     monotonic_ns: Option<Signed64>,
-    /// The declared sensor that it comes from. Absent or empty for odometry and marks.
+    /// The declared sensor that it comes from. Absent or empty for odometry, marks and
+    /// visits.
     #[serde(default)]
     #[schema(example = "front_laser")]
     sensor_id: String,
@@ -44,6 +46,8 @@ pub(crate) struct Observation {
     landmark_sighting: Option<LandmarkSighting>,
     #[serde(default)]
     mark: Option<Mark>,
+    #[serde(default)]
+    place_visit: Option<PlaceVisit>,
 }
 
 impl Observation {
@@ -62,6 +66,7 @@ impl Observation {
             sonar_scan,
             landmark_sighting,
             mark,
+            place_visit,
         } = self;
         let kind = only_one(
             path,
@@ -72,6 +77,7 @@ impl Observation {
                 ("sonar_scan", sonar_scan.map(Kind::from)),
                 ("landmark_sighting", landmark_sighting.map(Kind::from)),
                 ("mark", mark.map(Kind::from)),
+                ("place_visit", place_visit.map(Kind::from)),
             ],
         )?;
         let monotonic_ns = monotonic_ns.map(|Signed64(ns)| ns);
@@ -199,6 +205,55 @@ impl From<Mark> for Kind {
     fn from(mark: Mark) -> Self {
         let Mark { label } = mark;
         Self::Mark(v1::Mark { label })
+    }
+}
+
+/// The robot has come to a place. The maps of places that fit a session's visits are told under
+/// `/v1/maps/{map}/hypotheses`; they need no odometry, no sensors and no place in the map.
+#[derive(Debug, serde::Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PlaceVisit {
+    /// Counts the visits of a session: 0 where its travel begins, then 1, 2, 3... One whose number is
+    /// not the next is left out, so that a visit can be sent again that was rejected or left out.
+    number: u32,
+    /// The gateway through which the robot left the place before, counted clockwise from the one where
+    /// it had come in: 0 is back. At the place of visit 0, from the one that its star is read from.
+    #[serde(default)]
+    turn: u32,
+    /// The gateways of the place in clockwise order, from the one where the robot came in: a letter
+    /// each, the same for the two through which one path passes; then `<` or `>` where one leaves along
+    /// the wall on the left or right and not in the middle, `^` where one goes straight on with no wall
+    /// near. 1 to 32 gateways.
+    #[schema(example = "aba")]
+    star: String,
+    /// What else is known of the looks of the place, as a name: places with other names are others,
+    /// those with the same may be one. Absent where nobody compared it. Up to 64 characters.
+    #[serde(default)]
+    #[schema(example = "hall")]
+    view: String,
+    /// Whether no two places have this view: a place that is marked, "home".
+    #[serde(default)]
+    view_is_unique: bool,
+    /// Length of the way from the place before, in metres; at most 10000.
+    #[serde(default)]
+    length_m: Option<f64>,
+    /// By how much the robot's heading changed on that way, radians counter-clockwise; at most 100.
+    #[serde(default)]
+    turned_rad: Option<f64>,
+}
+
+impl From<PlaceVisit> for Kind {
+    fn from(visit: PlaceVisit) -> Self {
+        let PlaceVisit { number, turn, star, view, view_is_unique, length_m, turned_rad } = visit;
+        Self::PlaceVisit(v1::PlaceVisit {
+            number,
+            turn,
+            star,
+            view,
+            view_is_unique,
+            length_m,
+            turned_rad,
+        })
     }
 }
 

@@ -35,6 +35,7 @@ use super::problem::{PROBLEM_JSON, Problem};
         (name = "landmarks", description = "What robots told apart on a map version."),
         (name = "closures", description = "What relax jobs took for the same place, and what people decide about it."),
         (name = "merges", description = "Where sessions of unknown start lie, and what is decided about it."),
+        (name = "hypotheses", description = "Maps of places that fit a travel, and what people decide about them."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),

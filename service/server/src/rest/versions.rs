@@ -41,6 +41,9 @@ pub(crate) struct MapVersion {
     /// Names the weights by which sonars were read when it was made; empty if an older program made it.
     #[schema(example = "8f3a52c01b7e")]
     sonar_weights: String,
+    /// Names the parameters that it was drawn by; empty for those that the service has for buildings.
+    #[schema(example = "")]
+    mapping_parameters: String,
 }
 
 impl From<v1::MapVersion> for MapVersion {
@@ -55,6 +58,7 @@ impl From<v1::MapVersion> for MapVersion {
             create_time_ns,
             origin,
             sonar_weights,
+            mapping_parameters,
         } = wire;
         Self {
             map,
@@ -66,6 +70,7 @@ impl From<v1::MapVersion> for MapVersion {
             create_time_ns: Signed64(create_time_ns),
             origin,
             sonar_weights,
+            mapping_parameters,
         }
     }
 }

@@ -7,4 +7,5 @@ mod graph;
 mod ids;
 mod regions;
 mod rooms;
+mod skeleton;
 mod transform;

@@ -29,6 +29,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         return Err("usage: closures offices|loop [SEED...]".into());
     };
     let seeds: Vec<u64> = seeds.iter().map(|seed| seed.parse()).collect::<Result<_, _>>()?;
+    let mut all = truth::Found::default();
     for seed in if seeds.is_empty() { (1..=10).collect() } else { seeds } {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let (building, waypoints) = match kind.as_str() {
@@ -55,8 +56,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             truths.len()
         );
         println!("  {:?}", outcome.travels[0].calibration);
-        truth::print(&travel, &truths, &outcome);
+        let found = truth::print(&travel, &truths, &outcome);
+        all.n_false += found.n_false;
+        all.back_m += found.back_m;
+        all.closed_m += found.closed_m;
     }
+    let truth::Found { n_false, back_m, closed_m } = all;
+    println!("all: {n_false} false, {closed_m:.0} m of {back_m:.0} m closed");
     Ok(())
 }
 

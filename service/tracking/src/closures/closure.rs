@@ -35,7 +35,8 @@ pub enum Verdict {
 pub enum Refusal {
     /// An operator switched it off.
     SwitchedOff,
-    /// Another pose within reach explains what was seen nearly as well.
+    /// Another pose within reach explains what was seen nearly as well, and not all such poses lie on one
+    /// line: across a line a closure says something all the same.
     Ambiguous,
     /// Too few of the scans taken there agree by themselves.
     FewScansAgree,
@@ -55,13 +56,14 @@ pub struct Closure {
     pub key: ClosureKey,
     /// Pose at the second moment seen from the first, by matching.
     pub from_to: Pose,
-    /// Covariance of `from_to` in the frame of its own end: x, y in metres, theta in radians,
-    /// row by row.
+    /// Covariance of the three numbers of `from_to`: x, y in metres, theta in radians, row by row. Of a
+    /// closure that says nothing along a line, as in a bare corridor, it is some 100 m along it.
     pub covariance: [[f64; 3]; 3],
     /// Mean agreement of what was seen at both, in 0..=1.
     pub score: f64,
     /// Poses found within reach that nearly agree as well, with their scores; best first. Empty for
-    /// a closure that is beyond doubt.
+    /// a closure that is beyond doubt; of one that was accepted, they lie along its open line or what else
+    /// is known speaks against them.
     pub alternatives: Vec<(Pose, f64)>,
     /// Distance between `from_to` and what the relaxed poses say, in metres.
     pub residual_m: f64,

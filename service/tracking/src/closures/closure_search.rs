@@ -4,8 +4,9 @@
 //! that is. What is ambiguous ([`overlaid`]) stays in the ledger with its alternatives, and is judged
 //! again when other closures have made the graph surer: the alternatives of a whole way are decided by
 //! what all of it says, not each by its score. A closure across great uncertainty is not believed alone:
-//! another, of another submap, must say the same. What a submap saw of named landmarks is told to the
-//! graph before: then closures are looked for where these have it.
+//! another, of another submap, must say the same. What stays open along a line only, as in a bare
+//! corridor, is believed in the end for what it says across that line. What a submap saw of named
+//! landmarks is told to the graph before: then closures are looked for where these have it.
 
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
@@ -16,7 +17,8 @@ use crate::closures::closure::{Closure, ClosureKey, Refusal, Verdict};
 use crate::closures::evidence::Evidence;
 use crate::closures::joined::Joined;
 use crate::closures::known_closures::{known, submaps_of};
-use crate::closures::overlay::{Found, Guess, overlaid};
+use crate::closures::ledger::{ledger, residual};
+use crate::closures::overlay::{Found, Guess, overlaid, position_std_m};
 use crate::closures::submap_charts::SubmapCharts;
 use crate::closures::submap_graph::{GivenUp, SubmapGraph, SubmapPair};
 use crate::graph::pose_graph::Edge;
@@ -52,6 +54,8 @@ pub(crate) struct ClosureSearch {
 const N_A_THREAD: usize = 3;
 /// A guess is another if it or its deviation changed by this share of the deviation.
 const SAME_SHARE: f64 = 0.3;
+/// Two closures of which it is less sure than this how they relate say nothing of one another, in metres.
+const SAID_STD_M: f64 = 1.0;
 
 impl ClosureSearch {
     /// Cuts the chains into submaps. `refused` are never accepted; what an earlier relaxation judged is
@@ -299,12 +303,6 @@ impl ClosureSearch {
         }
     }
 
-    /// Which moments a pair of submaps joins.
-    fn key(&self, (from, to): SubmapPair, evidence: Evidence<'_>) -> ClosureKey {
-        let moment = |submap: usize| evidence.moment(self.graph.submaps[submap].anchor);
-        ClosureKey { from: moment(from), to: moment(to) }
-    }
-
     /// Closures that wait for support and say the same as one that is new.
     fn supporters(&self, pair: SubmapPair, found: &Found, chi2_max: f64) -> Vec<SubmapPair> {
         let waits = |other: &Found| other.verdict == Verdict::Refused(Refusal::Unsupported);
@@ -323,11 +321,12 @@ impl ClosureSearch {
             let by_there = by_from[a].as_ref()?;
             let by_other = composed((there, by_there), (other.from_to, &other.covariance));
             let covariance = composed((there * other.from_to, &by_other), (back, &by_back));
+            let both = covariance + found.covariance;
             let edge = Edge {
                 from,
                 to,
                 from_to: there * other.from_to * back,
-                information: (covariance + found.covariance).try_inverse()?,
+                information: both.try_inverse().filter(|_| position_std_m(&both) <= SAID_STD_M)?,
                 chi2_turn: f64::INFINITY,
             };
             Some(edge.chi2(Pose::IDENTITY, found.from_to))
@@ -339,9 +338,38 @@ impl ClosureSearch {
             .collect()
     }
 
+    /// Believes of what is open along a line how it lies across, if the graph, which by now knows all
+    /// else, says the same.
+    fn accept_across(&mut self, evidence: Evidence<'_>) {
+        let params = &evidence.params.closures;
+        let mut accepted = Vec::new();
+        for (&(from, to), found) in &self.found {
+            let Some(covariance) = found.across() else { continue };
+            let by_graph = self.graph.covariances_from(from)[to];
+            let Some(by_graph) = by_graph.filter(|_| !self.refused.contains(&(from, to))) else {
+                continue;
+            };
+            let said = (found.from_to, &(covariance + by_graph + floor(params)));
+            let poses = (self.graph.poses[from], self.graph.poses[to]);
+            if residual(said, (from, to), poses).1 <= params.support_chi2_max {
+                accepted.push(((from, to), covariance));
+            }
+        }
+        for (pair, covariance) in &accepted {
+            if let Some(found) = self.found.get_mut(pair) {
+                found.covariance = *covariance;
+            }
+            self.accept(*pair, params.chi2_turn);
+        }
+        if !accepted.is_empty() {
+            self.optimise(evidence);
+        }
+    }
+
     /// Refuses what the others contradict, of closures and landmarks, the worst first.
     fn settle(&mut self, evidence: Evidence<'_>) {
         self.charts = SubmapCharts::default();
+        self.accept_across(evidence);
         let chi2_max = evidence.params.closures.inconsistent_chi2_min;
         while let Some(wrong) = self.graph.remove_worst(chi2_max) {
             if let GivenUp::Closure(pair) = wrong
@@ -353,35 +381,19 @@ impl ClosureSearch {
         }
     }
 
-    /// The submaps whose scans may be matched with one another: those that closures or landmarks join,
-    /// and their neighbours, but none that an operator took apart.
+    /// The submaps whose scans may be matched with one another: those that whole closures or landmarks
+    /// join, and their neighbours, but none that an operator took apart. Scans that are joined along an
+    /// open line would be held wherever they happen to lie along it.
     pub(crate) fn joined(&self) -> Joined {
         let off = Verdict::Refused(Refusal::SwitchedOff);
         let is_off = |(pair, found): (&SubmapPair, &Found)| (found.verdict == off).then_some(*pair);
-        self.graph.joined(self.found.iter().filter_map(is_off).collect())
+        let is_whole = |pair: SubmapPair| self.found.get(&pair).is_some_and(Found::is_whole);
+        self.graph.joined(is_whole, self.found.iter().filter_map(is_off).collect())
     }
 
     /// The ledger, with residuals by the poses of key scans. What these contradict is refused.
     pub(crate) fn ledger(&self, evidence: Evidence<'_>, key_poses: &[Pose]) -> Vec<Closure> {
-        let chi2_max = evidence.params.closures.inconsistent_chi2_min;
-        let mut closures: Vec<Closure> = self
-            .found
-            .iter()
-            .map(|(&(from, to), found)| {
-                let pose = |submap: usize| key_poses[self.graph.submaps[submap].anchor];
-                let residual = residual(found, (from, to), (pose(from), pose(to)));
-                let mut verdict = found.verdict;
-                if verdict == Verdict::Accepted && chi2_max < residual.1 {
-                    verdict = Verdict::Refused(Refusal::Inconsistent);
-                }
-                match self.known.get(&(from, to)) {
-                    Some(closure) => closure.clone().judged(residual, verdict),
-                    None => told(self.key((from, to), evidence), found, residual, verdict),
-                }
-            })
-            .collect();
-        closures.sort_by_key(|closure| closure.key);
-        closures
+        ledger((&self.found, &self.known), &self.graph.submaps, evidence, key_poses)
     }
 }
 
@@ -389,32 +401,4 @@ impl ClosureSearch {
 fn floor(params: &ClosureParams) -> Matrix3<f64> {
     let std = Vector3::new(params.graph_std_m, params.graph_std_m, params.graph_std_rad);
     Matrix3::from_diagonal(&std.map(|std| std * std))
-}
-
-/// Difference between a closure and two poses, and its square in units of the covariance.
-fn residual(found: &Found, (from, to): SubmapPair, (a, b): (Pose, Pose)) -> (Vector3<f64>, f64) {
-    let information = found.covariance.try_inverse().unwrap_or_else(Matrix3::zeros);
-    let edge = Edge { from, to, from_to: found.from_to, information, chi2_turn: f64::INFINITY };
-    (edge.error(a, b), edge.chi2(a, b))
-}
-
-fn told(
-    key: ClosureKey,
-    found: &Found,
-    residual: (Vector3<f64>, f64),
-    verdict: Verdict,
-) -> Closure {
-    let covariance = &found.covariance;
-    let closure = Closure {
-        key,
-        from_to: found.from_to,
-        covariance: std::array::from_fn(|row| std::array::from_fn(|at| covariance[(row, at)])),
-        score: found.score,
-        alternatives: found.alternatives.clone(),
-        residual_m: 0.0,
-        residual_rad: 0.0,
-        chi2: 0.0,
-        verdict,
-    };
-    closure.judged(residual, verdict)
 }

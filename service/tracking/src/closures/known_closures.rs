@@ -52,6 +52,7 @@ pub(crate) fn known(
         covariance,
         score: closure.score,
         alternatives: closure.alternatives.clone(),
+        slide: None,
         verdict: closure.verdict,
     };
     let from_to = there * after;

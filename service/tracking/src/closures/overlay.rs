@@ -16,6 +16,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::closures::closure::{Refusal, Verdict};
 use crate::closures::evidence::Evidence;
+use crate::closures::slide::{OPEN_STD_M, Slide};
 use crate::closures::submap::{Submap, SubmapChart, spread_points};
 use crate::closures::submap_charts::{around, drawn};
 use crate::closures::submap_match::{Placed, SubmapFit, fit};
@@ -23,6 +24,7 @@ use crate::graph::pose_graph::Edge;
 use crate::matching::peaks::peaks_in_window;
 use crate::matching::search::Window;
 use crate::relaxation_params::ClosureParams;
+use crate::scans::believed_information::believed_information;
 
 /// Where a submap may lie seen from another.
 #[derive(Clone, Copy, Debug)]
@@ -41,6 +43,8 @@ pub(crate) struct Found {
     pub(crate) score: f64,
     /// Other places where it nearly fits as well, with their scores.
     pub(crate) alternatives: Vec<(Pose, f64)>,
+    /// The line along which it is ambiguous, if it is along one only.
+    pub(crate) slide: Option<Slide>,
     pub(crate) verdict: Verdict,
 }
 
@@ -52,8 +56,6 @@ struct Hypothesis {
     score: f64,
 }
 
-/// Deviation of the directions of walls, in radians: what a centimetre makes over half a metre.
-const DIRECTION_STD_RAD: f64 = 0.03;
 /// Charts are searched no farther than this from their origin, in cells.
 const N_CELLS_HALF_MAX: f64 = 1000.0;
 /// A scan with fewer facets on mapped space is not asked whether it agrees.
@@ -64,17 +66,42 @@ const KNOWN_SHARE_MIN: f64 = 1.0 / 3.0;
 const AT_WALLS_SHARE_MIN: f64 = 2.0 / 3.0;
 /// Fewer scans than this confirm nothing.
 const N_ASKED_MIN: usize = 3;
+/// A match is open along a line if it is less sure than this, in metres.
+const WHOLE_STD_M: f64 = 1.0;
 /// A cell that three beams crossed is free.
 const FREE_LOG_ODDS_MAX: f32 = -1.0;
 /// A place where the field reaches this lies at a wall.
 const WALL_VALUE_MIN: f64 = 0.1;
 
+/// Deviation along the axis in which a position is least sure, in metres.
+pub(crate) fn position_std_m(covariance: &Matrix3<f64>) -> f64 {
+    let (xx, xy, yy) = (covariance[(0, 0)], covariance[(0, 1)], covariance[(1, 1)]);
+    (0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt()).max(0.0).sqrt()
+}
+
+impl Found {
+    /// Whether it says where the submap lies along all directions.
+    pub(crate) fn is_whole(&self) -> bool {
+        position_std_m(&self.covariance) < WHOLE_STD_M
+    }
+
+    /// The covariance of what can be believed of it if it waits for nothing but what it leaves open along
+    /// a line.
+    pub(crate) fn across(&self) -> Option<Matrix3<f64>> {
+        match self.verdict {
+            Verdict::Refused(Refusal::Ambiguous) => {
+                self.slide.map(|slide| slide.open(&self.covariance))
+            }
+            Verdict::Refused(Refusal::Unsupported) if !self.is_whole() => Some(self.covariance),
+            _ => None,
+        }
+    }
+}
+
 impl Guess {
     /// Deviation along the axis in which the position is least sure, in metres.
     pub(crate) fn position_std_m(&self) -> f64 {
-        let (xx, xy) = (self.covariance[(0, 0)], self.covariance[(0, 1)]);
-        let yy = self.covariance[(1, 1)];
-        (0.5 * (xx + yy) + (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt()).max(0.0).sqrt()
+        position_std_m(&self.covariance)
     }
 
     /// All that it leaves open.
@@ -113,25 +140,27 @@ pub(crate) fn overlaid(
     let fit = refined(guess, best.pose, &there, submaps, evidence);
     let covariance = covariance(&fit, params)?;
     let rivals = &hypotheses[1..];
-    let lead = rivals.first().map(|next| best.log_likelihood - next.log_likelihood);
-    let verdict = if lead.is_some_and(|lead| lead < params.log_odds_min) {
-        Verdict::Refused(Refusal::Ambiguous)
-    } else if !is_confirmed(chart, &there, &fit, (best.pose, params)) {
+    let lead = |rival: &Hypothesis| best.log_likelihood - rival.log_likelihood;
+    let n_close = rivals.iter().take_while(|rival| lead(rival) < params.log_odds_min).count();
+    let mut slide = None;
+    let verdict = if !is_confirmed(chart, &there, &fit, (best.pose, params)) {
         Verdict::Refused(Refusal::FewScansAgree)
     } else if params.contradicted_share_max < contradicted_share(chart, &points, best.pose) {
         Verdict::Refused(Refusal::Contradicted)
+    } else if 0 < n_close {
+        slide = Slide::through(best.pose, rivals[..n_close].iter().map(|rival| rival.pose));
+        Verdict::Refused(Refusal::Ambiguous)
     } else {
         Verdict::Accepted
     };
-    let near = |rival: &&Hypothesis| {
-        best.log_likelihood - rival.log_likelihood < 2.0 * params.log_odds_min
-    };
+    let near = |rival: &&Hypothesis| lead(rival) < 2.0 * params.log_odds_min;
     let alternatives = rivals.iter().filter(near).map(|rival| (rival.pose, rival.score));
     Some(Found {
         from_to: fit.from_to,
         covariance,
         score: best.score,
         alternatives: alternatives.collect(),
+        slide,
         verdict,
     })
 }
@@ -187,19 +216,12 @@ fn refined(
     fit(&here, &some, wide.from_to, &params.pairs())
 }
 
-/// Covariance of a fit. Where the fit says nothing it is a metre and a radian.
-///
-/// Walls whose directions err by a little seem to say a little of where along them one is, and many
-/// walls of a corridor seem to say much: as much of the information as that is not believed.
+/// Covariance of a fit. Where the fit says nothing it is open.
 fn covariance(fit: &SubmapFit, params: &ClosureParams) -> Option<Matrix3<f64>> {
-    let information = &fit.information;
-    let seeming = DIRECTION_STD_RAD.powi(2) * (information[(0, 0)] + information[(1, 1)]);
-    let mut eigen = (information - Matrix3::from_diagonal(&Vector3::new(seeming, seeming, 0.0)))
-        .symmetric_eigen();
-    eigen.eigenvalues.apply(|value| *value = value.max(0.0) + 1.0);
+    let open = Matrix3::identity() * OPEN_STD_M.powi(-2);
     let floor = Vector3::new(params.match_std_m, params.match_std_m, params.match_std_rad);
     let floor = Matrix3::from_diagonal(&floor.map(|std| std * std));
-    Some(eigen.recompose().try_inverse()? + floor)
+    Some((believed_information(&fit.information) + open).try_inverse()? + floor)
 }
 
 /// True if the fit stayed at the peak and enough scans agree with it.

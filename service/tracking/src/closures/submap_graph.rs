@@ -202,15 +202,20 @@ impl SubmapGraph {
         keys.flat_map(|(index, submap)| submap.keys.clone().map(move |_| index)).collect()
     }
 
-    /// The submaps that closures or landmarks join, and their neighbours along the way; `apart` are
-    /// not.
-    pub(crate) fn joined(&self, apart: BTreeSet<SubmapPair>) -> Joined {
+    /// The submaps that landmarks join, or closures that `joins` says do, and their neighbours along the
+    /// way; `apart` are not.
+    pub(crate) fn joined(
+        &self,
+        joins: impl Fn(SubmapPair) -> bool,
+        apart: BTreeSet<SubmapPair>,
+    ) -> Joined {
         let around = |submap: usize| around(submap, &self.submaps);
         let pairs = |edge: &Edge| {
             let to = around(edge.to);
             around(edge.from).flat_map(move |from| to.clone().map(move |to| (from, to)))
         };
-        let pairs = self.closures.iter().flat_map(pairs).collect();
+        let joining = self.closures.iter().filter(|edge| joins((edge.from, edge.to)));
+        let pairs = joining.flat_map(pairs).collect();
         let seen = self.landmarks.of_submaps(self.submaps.len());
         let near = |submap: usize| around(submap).flat_map(|near| seen[near].iter().copied());
         Joined::new(pairs, (0..seen.len()).map(|submap| near(submap).collect()).collect(), apart)

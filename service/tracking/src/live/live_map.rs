@@ -154,7 +154,7 @@ impl LiveMap {
             drawn = tracker.place(stamp_ns, map_from_robot, &self.params.trust);
             if drawn {
                 tracker.state.drawn_at = Some(map_from_robot);
-                self.draw(map_from_sensor, &geometry, ranges_m);
+                self.draw(stamp_ns, map_from_sensor, &geometry, ranges_m);
             }
         } else {
             tracker.place(stamp_ns, map_from_robot, &self.params.trust);
@@ -166,9 +166,16 @@ impl LiveMap {
         Some(Estimate { drawn, ..estimate_by_odometry(tracker, stamp_ns, sensor) })
     }
 
-    fn draw(&mut self, map_from_sensor: Pose, geometry: &LaserGeometry, ranges_m: &[f32]) {
+    fn draw(
+        &mut self,
+        stamp_ns: i64,
+        map_from_sensor: Pose,
+        geometry: &LaserGeometry,
+        ranges_m: &[f32],
+    ) {
         let model = &self.params.beam_model;
         self.grid.insert_scan(map_from_sensor, geometry, ranges_m, model, &mut self.marks);
+        self.grid.remember(stamp_ns, &self.marks);
         self.field.update(&self.grid, self.marks.changed());
         self.n_drawn += 1;
     }
@@ -188,7 +195,8 @@ impl LiveMap {
         let tracked = tracker.track(stamp_ns, &points, chart, &self.params);
         let estimate = estimate_by_odometry(tracker, stamp_ns, Some(sensor));
         if tracked.draw {
-            self.draw(tracked.map_from_robot * robot_from_sensor, &geometry, ranges_m);
+            let map_from_sensor = tracked.map_from_robot * robot_from_sensor;
+            self.draw(stamp_ns, map_from_sensor, &geometry, ranges_m);
         }
         Some(Estimate { drawn: tracked.draw, ..estimate })
     }

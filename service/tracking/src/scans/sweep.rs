@@ -14,6 +14,7 @@ use nalgebra::Matrix3;
 
 use crate::graph::normal_equations::NormalEquations;
 use crate::graph::pose_graph::{Edge, Optimised, PoseGraphParams, cost, optimise};
+use crate::scans::believed_information::believed_information;
 use crate::scans::key_scan::KeyScan;
 use crate::scans::scan_pair::{PairParams, moved, pair_form};
 use crate::side_by_side::in_chunks;
@@ -175,5 +176,9 @@ fn pair_edge(keys: &[KeyScan], poses: &[Pose], (from, to): Pair, params: &PairPa
     if form.n_met < N_MET_MIN || form.met_share() < MET_SHARE_MIN {
         return edge;
     }
-    Edge { from_to: moved(seen, form.step()), information: form.hessian, ..edge }
+    Edge {
+        from_to: moved(seen, form.step()),
+        information: believed_information(&form.hessian),
+        ..edge
+    }
 }

@@ -1,7 +1,9 @@
-//! `meetpoint bench occupancy`: how well and how fast readings become occupancy, after T98, Figs. 4 and 10.
+//! `meetpoint bench occupancy`: how well and how fast readings become occupancy, after T98, Figs. 4, 10 and 11.
 //! Nothing is served: what is measured are the crates that the service maps with.
 
 mod cells;
+mod closed_door;
+mod doors;
 mod integration;
 mod laser_loop;
 mod network;
@@ -41,11 +43,22 @@ enum Figure {
     ValueIteration,
     /// A loop of 60 by 20 m closed with a laser (Fig. 10)
     Loop,
+    /// A door found closed, and the other way taken (Fig. 11)
+    Door,
+    /// Doors told from people who walk by
+    Doors,
 }
 
 impl Figure {
-    const ALL: [Self; 5] =
-        [Self::Network, Self::Building, Self::Integration, Self::ValueIteration, Self::Loop];
+    const ALL: [Self; 7] = [
+        Self::Network,
+        Self::Building,
+        Self::Integration,
+        Self::ValueIteration,
+        Self::Loop,
+        Self::Door,
+        Self::Doors,
+    ];
 }
 
 /// Measures what was asked for.
@@ -61,6 +74,8 @@ pub(super) async fn run(args: OccupancyArgs) -> anyhow::Result<()> {
                 Figure::Integration => integration::print()?,
                 Figure::ValueIteration => value_iteration::print()?,
                 Figure::Loop => laser_loop::print(args.loops)?,
+                Figure::Door => closed_door::print()?,
+                Figure::Doors => doors::print()?,
             }
             println!();
         }

@@ -232,7 +232,9 @@ impl CourseReader {
                 self.course.n_left_out += u32::from(seen.is_none());
                 seen.into_iter().collect()
             }
-            Some(Kind::LaserScan(_) | Kind::SonarScan(_) | Kind::Mark(_)) => Vec::new(),
+            Some(Kind::LaserScan(_) | Kind::SonarScan(_) | Kind::Mark(_) | Kind::PlaceVisit(_)) => {
+                Vec::new()
+            }
         };
         self.noted.push((stamp_ns, self.course.waypoints.len(), seen));
     }

@@ -95,6 +95,7 @@ pub(super) fn stage(stage: LaserStage) -> &'static str {
         LaserStage::Chain => "scans against those before",
         LaserStage::Closures => "closures",
         LaserStage::Sweeps => "scans against all near them",
+        LaserStage::MapMatching => "scans against the map of all",
         LaserStage::Placing => "scans between key scans",
         LaserStage::After => "the map by relaxed poses",
     }

@@ -1,0 +1,68 @@
+//! Plans of buildings as files, and the doors that people drew in them.
+
+use std::collections::BTreeSet;
+use std::error::Error;
+use std::path::Path;
+
+use meetpoint_geometry::Point2;
+use meetpoint_occupancy::{ImportParams, MapMode, MapYaml, Raster, imported, read_png};
+use meetpoint_topology::{FreeSpace, partition};
+
+/// What has up to so many cells is no room.
+const N_SPECK_CELLS: u32 = 100;
+
+/// The cells of a plan of 0.05 m a cell, free where it is nearly white, walls elsewhere.
+pub(crate) fn plan(path: &Path) -> Result<Raster, Box<dyn Error>> {
+    let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+    let yaml = MapYaml {
+        image: String::new(),
+        resolution_m: 0.05,
+        origin: [0.0; 3],
+        negate: false,
+        occupied_thresh: 0.05,
+        free_thresh: 0.04,
+        mode: MapMode::Trinary,
+    };
+    Ok(imported(&read_png(&bytes)?, &yaml, &ImportParams::MAP_SERVER)?.raster)
+}
+
+/// The doors between drawn rooms: free cells of the plan that belong to no room and touch two of
+/// them, as far as they hang together. Middles of each, in metres.
+pub(crate) fn doors(plan: &Raster, rooms: &Path) -> Result<Vec<Vec<Point2<f64>>>, Box<dyn Error>> {
+    let space = FreeSpace::from_raster(plan, FreeSpace::PROBABILITY_MAX);
+    let rooms =
+        partition(&FreeSpace::from_raster(&self::plan(rooms)?, FreeSpace::PROBABILITY_MAX), []);
+    if rooms.info() != space.info() {
+        return Err("the plan and its rooms are not of one size".into());
+    }
+    let sizes = rooms.sizes();
+    let room =
+        |index: usize| rooms.region_at(index).filter(|room| N_SPECK_CELLS < sizes[room.0 as usize]);
+    let width = space.info().width as usize;
+    let around = |index: usize| {
+        let rows = [index - width, index, index + width];
+        rows.into_iter().flat_map(|middle| [middle - 1, middle, middle + 1])
+    };
+    let is_door = |index: usize| space.is_free()[index] && room(index).is_none();
+    let mut seen = vec![false; space.is_free().len()];
+    let mut doors = vec![];
+    for start in 0..seen.len() {
+        let (mut cells, mut open, mut between) = (vec![], vec![start], BTreeSet::new());
+        while let Some(index) = open.pop() {
+            if is_door(index) && !seen[index] {
+                seen[index] = true;
+                cells.push(index);
+                between.extend(around(index).filter_map(room));
+                open.extend(around(index));
+            }
+        }
+        if 1 < between.len() {
+            let center = |&index: &usize| {
+                let cell = space.info().cells().nth(index);
+                cell.map(|cell| space.info().frame.center_of(cell))
+            };
+            doors.push(cells.iter().filter_map(center).collect());
+        }
+    }
+    Ok(doors)
+}
