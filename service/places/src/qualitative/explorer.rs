@@ -6,10 +6,11 @@ use meetpoint_geometry::{Point2, angle_between};
 
 use super::arrival::Arrival;
 use super::heading_error::HeadingError;
+use super::outlook::Outlook;
 use super::pilot::{Outcome, Pilot, PilotParams};
 use super::place_graph::PlaceGraph;
 use super::readings::{Command, Readings};
-use super::trial::{Next, Trial, turned_against};
+use super::trial::{Next, Rehearsing, Trial, turned_against};
 use crate::place_map::{Gateway, PlaceId};
 
 /// Of several directions to explore at a place, which comes first (KB 1988, section 3).
@@ -158,6 +159,38 @@ impl Explorer {
     /// What it is about.
     pub fn state(&self) -> ExplorerState {
         self.state
+    }
+
+    /// How it explores.
+    pub fn params(&self) -> &ExplorerParams {
+        &self.params
+    }
+
+    /// Which direction comes first from now on.
+    pub fn select(&mut self, selection: SelectionRule) {
+        self.params.selection = selection;
+    }
+
+    /// Says that a place is "home" from now on, the only one where the robot sees that mark, or that it is not;
+    /// false if there is no such place.
+    pub fn mark_home(&mut self, place: PlaceId, is_home: bool) -> bool {
+        self.graph.mark(place, is_home)
+    }
+
+    /// What the newest readings say; `None` before the first.
+    pub fn outlook(&self) -> Option<Outlook> {
+        self.pilot.outlook()
+    }
+
+    /// The rehearsal under way, if there is one.
+    pub fn rehearsing(&self) -> Option<Rehearsing> {
+        let Purpose::Rehearse { trial, candidate } = &self.purpose else { return None };
+        Some(trial.rehearsing(*candidate))
+    }
+
+    /// The place where the robot is or was last, by the gateway that it came by; `None` before the first.
+    pub fn last_place(&self) -> Option<Gateway> {
+        self.here.as_ref().map(|(came_by, _)| *came_by)
     }
 
     /// Rehearsals begun.

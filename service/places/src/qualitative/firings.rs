@@ -43,7 +43,12 @@ impl Firings {
     /// The mean of the last `n`, each rotated by whole sonars to where the robot looks now; `None`
     /// if there are none.
     pub(crate) fn mean(&self, n: usize, heading_rad: f64) -> Option<Ring> {
-        let newest = self.recent.iter().rev().take(n);
+        self.mean_before(0, n, heading_rad)
+    }
+
+    /// The same of the last `n` before the last `n_skipped`.
+    pub(crate) fn mean_before(&self, n_skipped: usize, n: usize, heading_rad: f64) -> Option<Ring> {
+        let newest = self.recent.iter().rev().skip(n_skipped).take(n);
         let aligned: Vec<Vec<f64>> = newest.map(|firing| aligned(firing, heading_rad)).collect();
         Ring::mean_of(aligned.iter().map(Vec::as_slice), heading_rad, self.range_max_m)
     }

@@ -12,6 +12,7 @@ use super::distinctiveness::{Goal, goal};
 use super::edge_log::EdgeLog;
 use super::firings::Firings;
 use super::hill_climb::climb;
+use super::outlook::Outlook;
 use super::readings::{Command, Readings};
 use super::ring::Ring;
 use super::surroundings::{Scale, Surroundings, surroundings};
@@ -96,6 +97,8 @@ pub(crate) struct Pilot {
     origin: Option<(Point2<f64>, f64, f64)>,
     /// Steps in a row that something distinctive was noticed.
     n_noticed: u32,
+    /// Firings since the robot moved last.
+    n_fired_here: usize,
     log: EdgeLog,
 }
 
@@ -131,6 +134,7 @@ impl Pilot {
             sees_home: false,
             origin: None,
             n_noticed: 0,
+            n_fired_here: 0,
             log: EdgeLog::default(),
         }
     }
@@ -207,7 +211,16 @@ impl Pilot {
         if matches!(self.doing, Doing::Surveying { .. }) {
             self.sees_home |= readings.sees_home;
         }
+        self.n_fired_here = if step_m == 0.0 { self.n_fired_here + 1 } else { 1 };
         self.firings.take_in(heading_rad, readings.ranges_m);
+    }
+
+    /// What the newest firings say; `None` before the first.
+    pub(crate) fn outlook(&self) -> Option<Outlook> {
+        let ring = self.ring_under_way()?;
+        let n = self.params.n_firings_under_way;
+        let before = self.firings.mean_before(self.n_fired_here, n, self.heading_rad);
+        Some(Outlook::new(ring, before.as_ref(), self.heading_rad, &self.scale))
     }
 
     /// What stands around, from the last firings under way.

@@ -59,6 +59,12 @@ impl PlaceGraph {
         id
     }
 
+    /// Says that a place is "home", or is not; false if there is no such place.
+    pub(crate) fn mark(&mut self, place: PlaceId, is_home: bool) -> bool {
+        let known = self.places.get_mut(place.0 as usize);
+        known.map(|known| known.seen.is_home = is_home).is_some()
+    }
+
     pub(crate) fn link(&mut self, from: Gateway, to: Gateway, traversal: &Traversal) {
         self.map.link(from, to);
         self.edges.push(TravelEdge::new([from, to], traversal));

@@ -33,6 +33,24 @@ pub(crate) struct Trial {
     outcome: Option<bool>,
 }
 
+/// A rehearsal under way, as it is told to people: whether a place is the one that it looks like.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rehearsing {
+    /// Where the robot left, into the unexplored.
+    pub from: Gateway,
+    /// Where it came in, if the place is known.
+    pub may_be: Gateway,
+    /// Departures of the route that tells, as they are if it is: along known edges, to be followed back
+    /// afterwards.
+    pub route: Vec<Gateway>,
+    /// Edges of it that were travelled, there.
+    pub n_done: usize,
+    /// Whether all was as predicted there; `None` while the robot is on its way there.
+    pub outcome: Option<bool>,
+    /// Other gateways where it may have come in, to be tested if this one is not it.
+    pub n_others: usize,
+}
+
 /// What to do next.
 pub(crate) enum Next {
     /// Leave in that direction.
@@ -71,6 +89,18 @@ impl Trial {
         self.turned_rad = self.seen.turned_against(&known.seen, candidate.index)?;
         let first = self.route.first()?;
         Some(self.seen.heading_to(candidate.index, first.index))
+    }
+
+    /// As it is told to people.
+    pub(crate) fn rehearsing(&self, may_be: Gateway) -> Rehearsing {
+        Rehearsing {
+            from: self.from,
+            may_be,
+            route: self.route.clone(),
+            n_done: self.n_done,
+            outcome: self.outcome,
+            n_others: self.candidates.len(),
+        }
     }
 
     /// Index, at the place in question, of the direction in which the rehearsal left.

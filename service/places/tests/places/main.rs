@@ -9,6 +9,7 @@ mod local;
 mod measured;
 mod nested_loops;
 mod nx_drive;
+mod nx_guided;
 mod nx_measures;
 mod nx_worlds;
 mod scrolling;

@@ -1,0 +1,92 @@
+//! NX told step by step, as a service tells it: all that is known of its motions is its odometry.
+
+use meetpoint_geometry::Pose;
+use meetpoint_places::qualitative::{
+    Command, Explorer, ExplorerParams, ExplorerState, Firing, Guide, GuideParams,
+};
+use meetpoint_places::{World, is_isomorphic};
+use meetpoint_sim::{ChaCha8Rng, Nx, NxSenses, OdometryError, nx_worlds};
+use rand::{RngExt, SeedableRng};
+
+/// Firings after which an exploration counts as not complete.
+const N_FIRINGS_MAX: u64 = 100_000;
+
+/// How far a robot goes of what it is told before it fires.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Gait {
+    /// All of it.
+    Steps,
+    /// Half of what is left, however short, and now and then it stands and fires.
+    Halves,
+}
+
+/// Explores a world: what guided it, and whether the graph found is the true one.
+fn guided(name: &str, params: ExplorerParams, gait: Gait) -> (Guide, bool) {
+    let worlds = nx_worlds();
+    let world = worlds.iter().find(|world| world.name == name).expect("an environment");
+    let senses = NxSenses {
+        range_error: 0.05,
+        odometry_error: OdometryError::UNCALIBRATED,
+        has_compass: params.heading_error.is_compass(),
+    };
+    let mut nx = Nx::new(&world.building, world.start, senses, ChaCha8Rng::seed_from_u64(3));
+    let mut rng = ChaCha8Rng::seed_from_u64(4);
+    let mut guide = Guide::new(Explorer::new(params), GuideParams::WHEELS);
+    let mut odometry = Pose::new(0.0, 0.0, nx.heading_rad());
+    while guide.n_firings() < N_FIRINGS_MAX {
+        guide.take_in(&Firing {
+            ranges_m: nx.ranges_m(),
+            odometry_from_robot: odometry,
+            sees_home: false,
+        });
+        let share = if gait == Gait::Steps { 1.0 } else { 0.5 };
+        match guide.next() {
+            Command::Done => break,
+            Command::Look => nx.look(),
+            _ if gait == Gait::Halves && rng.random_bool(0.1) => nx.look(),
+            Command::Turn { by_rad } => nx.turn(share * by_rad),
+            Command::Move { by_m } => {
+                nx.advance(share * by_m);
+                let (sin, cos) = nx.heading_rad().sin_cos();
+                let moved_m = by_m.signum() * nx.moved_m();
+                odometry.x_m += moved_m * cos;
+                odometry.y_m += moved_m * sin;
+            }
+        }
+        odometry = Pose::new(odometry.x_m, odometry.y_m, nx.heading_rad());
+    }
+    let truth = World::from_drawing(world.graph).expect("a graph");
+    let is_true = guide.explorer().state() == ExplorerState::Complete
+        && is_isomorphic(guide.explorer().graph().map(), truth.map());
+    (guide, is_true)
+}
+
+#[test]
+fn it_finds_the_true_graph() {
+    for name in ["tee and ends", "two loops", "hall in a loop"] {
+        let (guide, is_true) = guided(name, ExplorerParams::NX, Gait::Steps);
+        assert!(is_true, "{name}: {} firings", guide.n_firings());
+    }
+}
+
+#[test]
+fn it_may_fire_as_it_likes() {
+    let (guide, is_true) = guided("two loops", ExplorerParams::NX, Gait::Halves);
+    assert!(is_true, "the true graph");
+    assert!(guide.n_steps() < guide.n_firings(), "steps were not done at once");
+}
+
+#[test]
+fn without_a_compass_too() {
+    let (_, is_true) = guided("streets", ExplorerParams::NX_WITHOUT_COMPASS, Gait::Steps);
+    assert!(is_true, "the true graph");
+}
+
+#[test]
+fn what_it_has_before_it_is_told() {
+    let (guide, _) = guided("tee and ends", ExplorerParams::NX, Gait::Steps);
+    let outlook = guide.explorer().outlook().expect("it fired");
+    assert!(outlook.measures.lateral_m < 6.0, "between walls: {:?}", outlook.measures);
+    assert_eq!(outlook.ring.heading_rad(0), outlook.heading_rad, "from where it looks");
+    assert_eq!(guide.explorer().rehearsing(), None, "nothing is left to be tested");
+}
