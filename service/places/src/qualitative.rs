@@ -5,6 +5,7 @@
 //! AAAI 1988 (below: KB 1988).
 
 mod arrival;
+mod body;
 mod cones;
 mod control;
 mod distinctiveness;
@@ -24,6 +25,7 @@ mod travel_edge;
 mod trial;
 
 pub use arrival::Arrival;
+pub use body::{Body, Explored, explore};
 pub use cones::{Cones, N_CONES};
 pub use control::{Strategy, fitting, steering_rad};
 pub use distinctiveness::{Distinctiveness, Goal, distinctiveness, goal};

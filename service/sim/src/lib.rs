@@ -12,6 +12,7 @@ mod landmark_travel;
 mod laser;
 mod museum;
 mod nx;
+mod nx_drive;
 mod nx_world;
 mod odometry;
 mod person;
@@ -37,6 +38,7 @@ pub use landmark_travel::{Landmark, LandmarkTravel, Moment, Stage, TrueSighting}
 pub use laser::{Laser, LaserNoise};
 pub use museum::{museum, museum_again};
 pub use nx::{Nx, NxSenses};
+pub use nx_drive::{NxDrive, NxExplored};
 pub use nx_world::{NxWorld, nx_worlds, nx_worlds_of};
 pub use odometry::{Odometer, OdometryError};
 pub use person::Person;

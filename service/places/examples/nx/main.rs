@@ -3,8 +3,6 @@
 //! corridors of other widths. `nx noise [SEEDS]`: with larger errors and fewer firings. `nx watch
 //! ENVIRONMENT ERROR SEED [without]` tells of one exploration and draws it.
 
-#[path = "../../tests/places/nx_drive.rs"]
-mod nx_drive;
 mod table;
 mod trail;
 mod watch;

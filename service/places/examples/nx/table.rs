@@ -1,9 +1,7 @@
 //! Tables: explored completely, the true graph, rehearsals, steps.
 
 use meetpoint_places::qualitative::ExplorerParams;
-use meetpoint_sim::{NxWorld, nx_worlds, nx_worlds_of};
-
-use crate::nx_drive::{Drive, Explored, explore};
+use meetpoint_sim::{NxDrive, NxExplored, NxWorld, nx_worlds, nx_worlds_of};
 
 /// Standard deviations of readings, as shares of the distances.
 const RANGE_ERRORS: [f64; 3] = [0.0, 0.05, 0.1];
@@ -18,7 +16,7 @@ pub(crate) fn of_errors(n_seeds: u64) {
         [("yes", ExplorerParams::NX), ("no", ExplorerParams::NX_WITHOUT_COMPASS)]
     {
         for range_error in RANGE_ERRORS {
-            let drive = Drive { params, range_error, has_home: false, seed: 0 };
+            let drive = NxDrive { params, range_error, has_home: false, seed: 0 };
             let mut all = Vec::new();
             for (name, runs) in runs(drive, n_seeds) {
                 println!("| {name} | {compass} | {:.0} % {}", range_error * 100.0, row(&runs));
@@ -41,8 +39,8 @@ pub(crate) fn of_noise(n_seeds: u64) {
             pilot.n_firings_under_way /= share;
             pilot.n_firings_climb /= share;
             pilot.n_firings_survey /= share;
-            let drive = Drive { params, range_error, has_home: false, seed: 0 };
-            let all: Vec<Explored> =
+            let drive = NxDrive { params, range_error, has_home: false, seed: 0 };
+            let all: Vec<NxExplored> =
                 runs(drive, n_seeds).into_iter().flat_map(|(_, runs)| runs).collect();
             println!(
                 "| {:.0} % | {} on the way, {} at places {}",
@@ -63,9 +61,9 @@ pub(crate) fn of_widths(n_seeds: u64) {
         let worlds = nx_worlds_of(width_m).expect("a length");
         for range_error in [0.05, 0.1] {
             let params = ExplorerParams::NX;
-            let drive = Drive { params, range_error, has_home: false, seed: 0 };
+            let drive = NxDrive { params, range_error, has_home: false, seed: 0 };
             let runs = runs_in(&worlds, drive, n_seeds);
-            let all: Vec<Explored> = runs.into_iter().flat_map(|(_, runs)| runs).collect();
+            let all: Vec<NxExplored> = runs.into_iter().flat_map(|(_, runs)| runs).collect();
             println!("| {width_m:.1} m | {:.0} % {}", range_error * 100.0, row(&all));
         }
     }
@@ -83,8 +81,8 @@ pub(crate) fn of_matching(n_seeds: u64) {
                     if has_position { ExplorerParams::NX.drift_share } else { f64::INFINITY };
                 let params =
                     ExplorerParams { drift_share, n_rehearsal_edges_max, ..ExplorerParams::NX };
-                let drive = Drive { params, range_error: 0.05, has_home, seed: 0 };
-                let all: Vec<Explored> =
+                let drive = NxDrive { params, range_error: 0.05, has_home, seed: 0 };
+                let all: Vec<NxExplored> =
                     runs(drive, n_seeds).into_iter().flat_map(|(_, runs)| runs).collect();
                 println!(
                     "| {} | {n_rehearsal_edges_max} edges | {} {}",
@@ -98,30 +96,35 @@ pub(crate) fn of_matching(n_seeds: u64) {
 }
 
 /// Every environment with that many seeds.
-fn runs(drive: Drive, n_seeds: u64) -> Vec<(&'static str, Vec<Explored>)> {
+fn runs(drive: NxDrive, n_seeds: u64) -> Vec<(&'static str, Vec<NxExplored>)> {
     runs_in(&nx_worlds(), drive, n_seeds)
 }
 
-fn runs_in(worlds: &[NxWorld], drive: Drive, n_seeds: u64) -> Vec<(&'static str, Vec<Explored>)> {
+fn runs_in(
+    worlds: &[NxWorld],
+    drive: NxDrive,
+    n_seeds: u64,
+) -> Vec<(&'static str, Vec<NxExplored>)> {
     let of_world = |world: &NxWorld| {
-        let run = |seed| explore(world, Drive { seed, ..drive }, |_, _, _| {});
+        let run = |seed| NxDrive { seed, ..drive }.explore(world, |_, _, _| {});
         (world.name, (0..n_seeds).map(run).collect())
     };
     worlds.iter().map(of_world).collect()
 }
 
-fn row(runs: &[Explored]) -> String {
-    let count = |of: &dyn Fn(&Explored) -> bool| runs.iter().filter(|run| of(run)).count();
-    let mean = |of: &dyn Fn(&Explored) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
+fn row(runs: &[NxExplored]) -> String {
+    let count = |of: &dyn Fn(&NxExplored) -> bool| runs.iter().filter(|run| of(run)).count();
+    let mean =
+        |of: &dyn Fn(&NxExplored) -> f64| runs.iter().map(of).sum::<f64>() / runs.len() as f64;
     format!(
         "| {} of {} | {} | {:.1} | {:.1} | {:.0} | {:.0} | {:.0} m |",
-        count(&|run| run.is_complete),
+        count(&|run| run.explored.is_complete),
         runs.len(),
         count(&|run| run.is_true),
-        mean(&|run| f64::from(run.explorer.n_rehearsals())),
-        mean(&|run| f64::from(run.explorer.n_refuted())),
-        mean(&|run| f64::from(run.n_steps)),
-        mean(&|run| f64::from(run.n_firings)),
+        mean(&|run| f64::from(run.explored.explorer.n_rehearsals())),
+        mean(&|run| f64::from(run.explored.explorer.n_refuted())),
+        mean(&|run| f64::from(run.explored.n_steps)),
+        mean(&|run| f64::from(run.explored.n_firings)),
         mean(&|run| run.way_m),
     )
 }

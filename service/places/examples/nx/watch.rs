@@ -1,9 +1,8 @@
 //! One exploration, event by event, and what is known at its end.
 
 use meetpoint_places::qualitative::ExplorerParams;
-use meetpoint_sim::nx_worlds;
+use meetpoint_sim::{NxDrive, nx_worlds};
 
-use crate::nx_drive::{Drive, explore};
 use crate::trail::Trail;
 
 /// Tells of an exploration as it goes.
@@ -14,8 +13,8 @@ pub(crate) fn tell(name: &str, error: &str, seed: &str, params: ExplorerParams) 
     let seed = seed.parse().expect("a whole number");
     let (mut told, mut n_marked) = (None, 0);
     let mut trail = Trail::new(&world.building);
-    let drive = Drive { params, range_error, has_home: false, seed };
-    let run = explore(world, drive, |explorer, truth, _| {
+    let drive = NxDrive { params, range_error, has_home: false, seed };
+    let run = drive.explore(world, |explorer, truth, _| {
         let (n_places, n_edges) =
             (explorer.graph().map().n_places(), explorer.graph().edges().len());
         let now = (explorer.state(), n_places, n_edges, explorer.n_rehearsals());
@@ -35,7 +34,7 @@ pub(crate) fn tell(name: &str, error: &str, seed: &str, params: ExplorerParams) 
         }
     });
     println!("{}", trail.draw());
-    let graph = run.explorer.graph();
+    let graph = run.explored.explorer.graph();
     for (id, _) in graph.map().places() {
         let Some(known) = graph.place(id) else { continue };
         let direction = |of: &meetpoint_places::qualitative::OpenDirection| {
@@ -68,10 +67,10 @@ pub(crate) fn tell(name: &str, error: &str, seed: &str, params: ExplorerParams) 
     }
     println!(
         "complete: {}, isomorphic to the true graph: {}; {} rehearsals, {} refuted, {} surprises",
-        run.is_complete,
+        run.explored.is_complete,
         run.is_true,
-        run.explorer.n_rehearsals(),
-        run.explorer.n_refuted(),
-        run.explorer.n_surprises()
+        run.explored.explorer.n_rehearsals(),
+        run.explored.explorer.n_refuted(),
+        run.explored.explorer.n_surprises()
     );
 }

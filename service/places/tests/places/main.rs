@@ -8,7 +8,6 @@ mod figures;
 mod local;
 mod measured;
 mod nested_loops;
-mod nx_drive;
 mod nx_guided;
 mod nx_measures;
 mod nx_worlds;

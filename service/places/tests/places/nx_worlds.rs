@@ -1,25 +1,22 @@
 //! Whole environments, explored.
 
 use meetpoint_geometry::angle_between;
-use meetpoint_places::World;
 use meetpoint_places::qualitative::{
     Command, Explorer, ExplorerParams, ExplorerState, Readings, SelectionRule, Whereabouts,
 };
-use meetpoint_sim::{ChaCha8Rng, NxWorld, nx_worlds, nx_worlds_of};
+use meetpoint_sim::{ChaCha8Rng, NxDrive, NxExplored, NxWorld, nx_worlds, nx_worlds_of};
 use rand::{RngExt, SeedableRng};
 
-use crate::nx_drive::{Drive, Explored, explore};
-
-const DRIVE: Drive =
-    Drive { params: ExplorerParams::NX, range_error: 0.0, has_home: false, seed: 1 };
+const DRIVE: NxDrive =
+    NxDrive { params: ExplorerParams::NX, range_error: 0.0, has_home: false, seed: 1 };
 
 fn world(name: &str) -> NxWorld {
     nx_worlds().into_iter().find(|world| world.name == name).expect("an environment")
 }
 
-fn explored(name: &str, params: ExplorerParams, range_error: f64, seed: u64) -> Explored {
-    let drive = Drive { params, range_error, has_home: false, seed };
-    explore(&world(name), drive, |_, _, _| {})
+fn explored(name: &str, params: ExplorerParams, range_error: f64, seed: u64) -> NxExplored {
+    let drive = NxDrive { params, range_error, has_home: false, seed };
+    drive.explore(&world(name), |_, _, _| {})
 }
 
 #[test]
@@ -27,7 +24,7 @@ fn every_environment_has_its_graph() {
     let worlds = nx_worlds();
     assert!(10 <= worlds.len(), "{} environments", worlds.len());
     for world in worlds {
-        let graph = World::from_drawing(world.graph).expect("a graph");
+        let graph = world.truth();
         let n_open = graph.map().gateways().filter(|&at| graph.map().leads_to(at).is_none());
         assert_eq!(n_open.count(), 0, "{}: all ways lead somewhere", world.name);
     }
@@ -38,9 +35,9 @@ fn environments_are_explored_completely() {
     for name in ["tee and ends", "two loops", "hall in a loop", "twin wings"] {
         for (range_error, seed) in [(0.0, 1), (0.05, 2), (0.05, 3)] {
             let run = explored(name, ExplorerParams::NX, range_error, seed);
-            assert!(run.is_complete, "{name}, {range_error}: complete");
+            assert!(run.explored.is_complete, "{name}, {range_error}: complete");
             assert!(run.is_true, "{name}, {range_error}: the true graph");
-            assert!(run.n_steps < run.n_firings, "it also stands and listens");
+            assert!(run.explored.n_steps < run.explored.n_firings, "it also stands and listens");
             assert!(run.way_m < 400.0, "{name}: {} m", run.way_m);
         }
     }
@@ -51,7 +48,7 @@ fn corridors_may_be_wider_or_narrower_than_it_was_told() {
     for width_m in [1.7, 2.6] {
         let worlds = nx_worlds_of(width_m).expect("a length");
         let world = worlds.iter().find(|world| world.name == "two loops").expect("a world");
-        let run = explore(world, Drive { range_error: 0.05, ..DRIVE }, |_, _, _| {});
+        let run = NxDrive { range_error: 0.05, ..DRIVE }.explore(world, |_, _, _| {});
         assert!(run.is_true, "{width_m} m: the true graph");
     }
 }
@@ -60,7 +57,7 @@ fn corridors_may_be_wider_or_narrower_than_it_was_told() {
 fn without_a_compass_too() {
     let run = explored("streets", ExplorerParams::NX_WITHOUT_COMPASS, 0.05, 1);
     assert!(run.is_true, "the true graph");
-    assert!(0 < run.explorer.n_rehearsals(), "loops were closed");
+    assert!(0 < run.explored.explorer.n_rehearsals(), "loops were closed");
 }
 
 /// Explores a crossing, and says for each direction that was chosen at a place that it had just found
@@ -68,8 +65,8 @@ fn without_a_compass_too() {
 fn rotations(selection: SelectionRule) -> Vec<(f64, Vec<f64>)> {
     let params = ExplorerParams { selection, ..ExplorerParams::NX };
     let (mut stood, mut chosen) = (None, Vec::new());
-    let drive = Drive { params, ..DRIVE };
-    let run = explore(&world("crossing"), drive, |explorer, _, _| match explorer.whereabouts() {
+    let drive = NxDrive { params, ..DRIVE };
+    let run = drive.explore(&world("crossing"), |explorer, _, _| match explorer.whereabouts() {
         Whereabouts::AtPlace { came_by, heading_rad } => {
             stood.get_or_insert((came_by, heading_rad));
         }
@@ -118,17 +115,17 @@ fn rehearsals_tell_places_apart_that_look_alike() {
     let hasty = explored("ladder", without_positions(0), 0.05, 4);
     assert!(!hasty.is_true, "one junction of the ladder is taken for another");
     let careful = explored("ladder", without_positions(2), 0.05, 4);
-    assert!(0 < careful.explorer.n_refuted(), "some are found not to be the place");
+    assert!(0 < careful.explored.explorer.n_refuted(), "some are found not to be the place");
     assert!(careful.is_true, "the true graph");
 }
 
 #[test]
 fn home_is_told_from_all_that_look_like_it() {
-    let drive = Drive { params: without_positions(1), range_error: 0.05, ..DRIVE };
-    let unmarked = explore(&world("comb"), drive, |_, _, _| {});
+    let drive = NxDrive { params: without_positions(1), range_error: 0.05, ..DRIVE };
+    let unmarked = drive.explore(&world("comb"), |_, _, _| {});
     assert!(!unmarked.is_true, "one tooth of the comb is taken for another");
-    let marked = explore(&world("comb"), Drive { has_home: true, ..drive }, |_, _, _| {});
-    let graph = marked.explorer.graph();
+    let marked = NxDrive { has_home: true, ..drive }.explore(&world("comb"), |_, _, _| {});
+    let graph = marked.explored.explorer.graph();
     let at_home = graph
         .map()
         .places()
@@ -140,7 +137,7 @@ fn home_is_told_from_all_that_look_like_it() {
 #[test]
 fn it_knows_where_it_is() {
     let (mut n_at_places, mut n_on_edges, mut n_in_question) = (0, 0, 0);
-    let run = explore(&world("block"), DRIVE, |explorer, _, _| match explorer.whereabouts() {
+    let run = DRIVE.explore(&world("block"), |explorer, _, _| match explorer.whereabouts() {
         Whereabouts::AtPlace { .. } => n_at_places += 1,
         Whereabouts::OnEdge { since, .. } => {
             n_on_edges += 1;
@@ -152,8 +149,8 @@ fn it_knows_where_it_is() {
     assert!(4 <= n_at_places, "{n_at_places} at places");
     assert!(100 < n_on_edges, "{n_on_edges} on edges");
     assert!(50 < n_in_question, "{n_in_question} while it tests whether it is back");
-    assert_eq!(run.explorer.n_rehearsals(), 1, "one ring is closed");
-    let measured = run.explorer.graph().edges().iter().map(|edge| edge.length_m.n);
+    assert_eq!(run.explored.explorer.n_rehearsals(), 1, "one ring is closed");
+    let measured = run.explored.explorer.graph().edges().iter().map(|edge| edge.length_m.n);
     assert_eq!(measured.clone().sum::<u32>(), 4, "each edge was explored once");
 }
 
