@@ -11,7 +11,6 @@ use rand::seq::IndexedRandom;
 use rand_chacha::ChaCha8Rng;
 
 use crate::enumeration::told;
-use crate::nested_loops::floor;
 
 /// Robots that are not done after so many travels never will be.
 const N_TRAVELS_MAX: usize = 400;
@@ -88,7 +87,7 @@ fn random_floors_are_explored_and_known() {
         let (mut n_true, mut n_travels, mut n_rehearsals) = (0, 0, 0);
         for seed in 0..N_WORLDS {
             let mut rng = ChaCha8Rng::seed_from_u64(seed);
-            let drawing = floor(&mut rng);
+            let drawing = meetpoint_sim::nested_loops(&mut rng);
             let world = World::from_drawing(&drawing).expect("a drawing");
             let places: Vec<PlaceId> = world.map().places().map(|(id, _)| id).collect();
             let home = *places.choose(&mut rng).expect("places");

@@ -10,37 +10,6 @@ use crate::enumeration::told;
 
 const N_WORLDS: u64 = 100;
 const N_TRAVELS: usize = 24;
-/// Share of the ways of a full grid that are left out, in percent.
-const LEFT_OUT_PERCENT: u32 = 25;
-
-/// A street grid of up to 4 x 4 places with ways left out; places that no way leads to are not
-/// drawn.
-pub(crate) fn floor(rng: &mut ChaCha8Rng) -> String {
-    let (width, height) = (rng.random_range(3..=4_usize), rng.random_range(3..=4_usize));
-    let mut is_there = || LEFT_OUT_PERCENT <= rng.random_range(0..100);
-    let rightward: Vec<Vec<bool>> =
-        (0..height).map(|_| (0..width).map(|x| x + 1 < width && is_there()).collect()).collect();
-    let downward: Vec<Vec<bool>> =
-        (0..height).map(|y| (0..width).map(|_| y + 1 < height && is_there()).collect()).collect();
-    let mut drawing = String::new();
-    for y in 0..height {
-        for x in 0..width {
-            let leads = |ways: &[Vec<bool>], x: usize, y: usize| ways[y][x];
-            let is_reached = leads(&rightward, x, y)
-                || leads(&downward, x, y)
-                || (0 < x && leads(&rightward, x - 1, y))
-                || (0 < y && leads(&downward, x, y - 1));
-            let name = char::from(b'A' + u8::try_from(y * width + x).expect("few places"));
-            drawing.push(if is_reached { name } else { ' ' });
-            drawing.push_str(if rightward[y][x] { "---" } else { "   " });
-        }
-        drawing.push('\n');
-        drawing.extend(downward[y].iter().map(|&is_there| if is_there { "|   " } else { "    " }));
-        drawing.push('\n');
-    }
-    drawing
-}
-
 /// Turns at random, back only where nothing else is.
 fn turns(world: &World, from: Gateway, rng: &mut ChaCha8Rng) -> Vec<u8> {
     let (mut at, mut turns) = (from, Vec::new());
@@ -58,7 +27,7 @@ fn the_true_map_is_never_lost() {
     let (mut n_whole, mut n_minimal) = (0, 0);
     for seed in 0..N_WORLDS {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        let drawing = floor(&mut rng);
+        let drawing = meetpoint_sim::nested_loops(&mut rng);
         let world = World::from_drawing(&drawing).expect("a drawing");
         let places: Vec<PlaceId> = world.map().places().map(|(id, _)| id).collect();
         let from = Gateway { place: *places.choose(&mut rng).expect("places"), index: 0 };

@@ -8,6 +8,7 @@ mod matching;
 mod merge;
 mod occupancy;
 mod percentile;
+mod places;
 mod poses;
 mod queries;
 mod relations;
@@ -35,6 +36,8 @@ enum What {
     Merge(merge::MergeArgs),
     /// How well and how fast sonar and laser become occupancy, and what exploration computes on it
     Occupancy(occupancy::OccupancyArgs),
+    /// Places found by sonar, all maps that fit a travel, gateways of plans: after KB88 and HSSH04
+    Places(places::PlacesArgs),
     /// What relaxation makes of data whose truth is known, and what it costs
     Relaxation(relaxation::RelaxationArgs),
 }
@@ -50,6 +53,7 @@ pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
         What::Queries(args) => queries::run(args).await,
         What::Merge(args) => merge::run(args).await,
         What::Occupancy(args) => occupancy::run(args).await,
+        What::Places(args) => places::run(args).await,
         What::Relaxation(args) => relaxation::run(args).await,
     }
 }

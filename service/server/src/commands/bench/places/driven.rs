@@ -1,14 +1,15 @@
 //! Floors of a hundred places, driven through by what the maps ask for: how often they are known in
 //! the end, and how long it takes.
 
+use anyhow::Context;
 use meetpoint_places::{
     Assumptions, Errand, Gateway, MapTree, MapTreeParams, Observation, PlaceId, Selection, Step,
     View, World, is_isomorphic, next_errand,
 };
+use meetpoint_sim::{ChaCha8Rng, street_grid};
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
-use crate::growth::floor;
+use super::growth::SIDE;
 
 /// Robots that are not done after so many travels never will be.
 const N_TRAVELS_MAX: usize = 3000;
@@ -28,15 +29,15 @@ struct Driven {
 }
 
 /// Prints the table.
-pub(crate) fn print() {
+pub(super) fn print() -> anyhow::Result<()> {
     println!(
         "| looks of places | gateways chosen by | floors | the true map | none fits | travels | of these rehearsals | given up |"
     );
     println!("|---|---|---|---|---|---|---|---|");
     for n_views in [1, 3, 10, 30] {
         for selection in [Selection::LeastRotation, Selection::MostRotation] {
-            let driven: Vec<Driven> =
-                (1..=N_FLOORS).map(|seed| drive(seed, n_views, selection)).collect();
+            let driven = (1..=N_FLOORS).map(|seed| drive(seed, n_views, selection));
+            let driven: Vec<Driven> = driven.collect::<anyhow::Result<_>>()?;
             let mean = |of: &dyn Fn(&Driven) -> f64| {
                 driven.iter().map(of).sum::<f64>() / driven.len() as f64
             };
@@ -50,12 +51,13 @@ pub(crate) fn print() {
             );
         }
     }
+    Ok(())
 }
 
 /// From home, which looks like nothing else; the others have one of `n_views` looks.
-fn drive(seed: u64, n_views: u32, selection: Selection) -> Driven {
+fn drive(seed: u64, n_views: u32, selection: Selection) -> anyhow::Result<Driven> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let world = World::from_drawing(&floor(&mut rng)).expect("a drawing");
+    let world = World::from_drawing(&street_grid(SIDE, &mut rng)).context("a drawing")?;
     let looks: Vec<u32> = world.map().places().map(|_| rng.random_range(0..n_views)).collect();
     let seen = |at: Gateway| {
         let is_unique = at.place == PlaceId(0);
@@ -81,15 +83,15 @@ fn drive(seed: u64, n_views: u32, selection: Selection) -> Driven {
             Errand::Explored | Errand::Refuted => break,
         };
         let turn = turns[0];
-        at = world.map().leads_to(world.map().turned(at, turn)).expect("a whole world");
-        tree.extend(Step { turn, seen: seen(at) }).expect("a gateway that is there");
+        at = world.map().leads_to(world.map().turned(at, turn)).context("a whole world")?;
+        tree.extend(Step { turn, seen: seen(at) }).context("a gateway that is there")?;
     }
     let simplest = tree.hypotheses().first();
-    Driven {
+    Ok(Driven {
         n_travels: tree.travel().steps.len(),
         n_rehearsals,
         n_given_up: tree.n_given_up(),
         is_true: simplest.is_some_and(|leaf| is_isomorphic(&leaf.map, world.map())),
         is_refuted: simplest.is_none(),
-    }
+    })
 }

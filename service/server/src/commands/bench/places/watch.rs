@@ -1,19 +1,18 @@
 //! One exploration, event by event, and what is known at its end.
 
-use meetpoint_places::qualitative::ExplorerParams;
-use meetpoint_sim::{NxDrive, nx_worlds};
+use anyhow::Context;
+use meetpoint_sim::{NxDrive, NxExplored, nx_worlds};
 
-use crate::trail::Trail;
+use super::trail::Trail;
 
 /// Tells of an exploration as it goes.
-pub(crate) fn tell(name: &str, error: &str, seed: &str, params: ExplorerParams) {
+pub(super) fn tell(name: &str, drive: NxDrive) -> anyhow::Result<()> {
     let worlds = nx_worlds();
-    let world = worlds.iter().find(|world| world.name == name).expect("an environment");
-    let range_error = error.parse().expect("a share, as 0.05");
-    let seed = seed.parse().expect("a whole number");
+    let names = || worlds.iter().map(|world| world.name).collect::<Vec<_>>().join(", ");
+    let world = worlds.iter().find(|world| world.name == name);
+    let world = world.with_context(|| format!("`{name}` is none of: {}", names()))?;
     let (mut told, mut n_marked) = (None, 0);
     let mut trail = Trail::new(&world.building);
-    let drive = NxDrive { params, range_error, has_home: false, seed };
     let run = drive.explore(world, |explorer, truth, _| {
         let (n_places, n_edges) =
             (explorer.graph().map().n_places(), explorer.graph().edges().len());
@@ -34,6 +33,12 @@ pub(crate) fn tell(name: &str, error: &str, seed: &str, params: ExplorerParams) 
         }
     });
     println!("{}", trail.draw());
+    known(&run);
+    Ok(())
+}
+
+/// What is known at the end.
+fn known(run: &NxExplored) {
     let graph = run.explored.explorer.graph();
     for (id, _) in graph.map().places() {
         let Some(known) = graph.place(id) else { continue };

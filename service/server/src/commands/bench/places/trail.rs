@@ -7,14 +7,14 @@ use meetpoint_sim::Building;
 const FINE: i32 = 4;
 
 /// A building, a robot's trail and the places that it found.
-pub(crate) struct Trail<'a> {
+pub(super) struct Trail<'a> {
     building: &'a Building,
     /// Rows from the lowest on.
     rows: Vec<Vec<char>>,
 }
 
 impl<'a> Trail<'a> {
-    pub(crate) fn new(building: &'a Building) -> Self {
+    pub(super) fn new(building: &'a Building) -> Self {
         let info = building.info();
         let [width, height] = [info.width, info.height].map(|n| n as usize * FINE as usize);
         let symbol = |x: usize, y: usize| {
@@ -26,14 +26,14 @@ impl<'a> Trail<'a> {
     }
 
     /// The robot is there.
-    pub(crate) fn pass(&mut self, at: Point2<f64>) {
+    pub(super) fn pass(&mut self, at: Point2<f64>) {
         if let Some(symbol) = self.symbol(at).filter(|symbol| **symbol == ' ') {
             *symbol = '.';
         }
     }
 
     /// It found a place there.
-    pub(crate) fn mark(&mut self, at: Point2<f64>, index: usize) {
+    pub(super) fn mark(&mut self, at: Point2<f64>, index: usize) {
         let names = ('A'..='Z').chain('a'..='z');
         let name = names.clone().nth(index % names.count()).unwrap_or('A');
         if let Some(symbol) = self.symbol(at) {
@@ -42,7 +42,7 @@ impl<'a> Trail<'a> {
     }
 
     /// The drawing, every other row: characters are twice as high as wide.
-    pub(crate) fn draw(&self) -> String {
+    pub(super) fn draw(&self) -> String {
         let pairs = self.rows.chunks(2).rev();
         let merged = |pair: &[Vec<char>]| -> String {
             let (below, above) = (&pair[0], pair.last().unwrap_or(&pair[0]));

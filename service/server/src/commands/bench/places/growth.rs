@@ -2,57 +2,41 @@
 
 use std::time::Instant;
 
+use anyhow::Context;
 use meetpoint_places::{
     Assumptions, Gateway, MapTree, MapTreeParams, PlaceId, Selection, Step, View, World,
     next_errand, sightings,
 };
+use meetpoint_sim::{ChaCha8Rng, street_grid};
 use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
 
 /// Places of a side of the floor.
-const SIDE: u32 = 10;
+pub(super) const SIDE: u32 = 10;
 const N_TRAVELS: usize = 1000;
 /// After how many travels a row is printed.
 const ROWS: [usize; 7] = [10, 20, 50, 100, 200, 500, 1000];
 /// Hypotheses kept: as the service does, and as `meetpoint hypotheses` does without it.
 const N_HYPOTHESES_MAX: [usize; 2] = [300, 1000];
 
-/// A street grid of `SIDE` x `SIDE` places with about half of the ways between rows.
-pub(crate) fn floor(rng: &mut ChaCha8Rng) -> String {
-    let mut drawing = String::new();
-    let name = |x, y| char::from_u32(0x4e00 + y * SIDE + x).expect("a sign with a meaning");
-    for y in 0..SIDE {
-        let mut below = String::new();
-        for x in 0..SIDE {
-            drawing.push(name(x, y));
-            // Rows and the leftmost column are whole: all hangs together.
-            drawing.push_str(if x + 1 < SIDE { "---" } else { "" });
-            let is_there = y + 1 < SIDE && (x == 0 || rng.random());
-            below.push_str(if is_there { "|   " } else { "    " });
-        }
-        drawing.extend(["\n", &below, "\n"]);
-    }
-    drawing
-}
-
 /// Prints the table.
-pub(crate) fn print() {
+pub(super) fn print() -> anyhow::Result<()> {
     println!(
         "| kept at most | looks of places | travels | hypotheses | given up | places, paths of the simplest | true map kept | ms a travel | ms to choose the next | MB |"
     );
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for n_hypotheses_max in N_HYPOTHESES_MAX {
         for n_views in [1, 10, 100] {
-            drive(n_hypotheses_max, n_views);
+            drive(n_hypotheses_max, n_views)?;
         }
     }
+    Ok(())
 }
 
 /// Drives at random, where every place has one of `n_views` looks.
-fn drive(n_hypotheses_max: usize, n_views: u32) {
+fn drive(n_hypotheses_max: usize, n_views: u32) -> anyhow::Result<()> {
     let mut rng = ChaCha8Rng::seed_from_u64(1);
-    let drawing = floor(&mut rng);
-    let world = World::from_drawing(&drawing).expect("a drawing");
+    let drawing = street_grid(SIDE, &mut rng);
+    let world = World::from_drawing(&drawing).context("a drawing")?;
     let looks: Vec<u32> = world.map().places().map(|_| rng.random_range(0..n_views)).collect();
     let view = |at: Gateway| {
         let name = looks[at.place.0 as usize].to_string();
@@ -68,11 +52,11 @@ fn drive(n_hypotheses_max: usize, n_views: u32) {
         let n_gateways = world.map().observation(at).star.n_gateways();
         let turn = if n_gateways == 1 { 0 } else { rng.random_range(1..n_gateways) };
         turns.push(turn);
-        at = world.map().leads_to(world.map().turned(at, turn)).expect("a whole world");
+        at = world.map().leads_to(world.map().turned(at, turn)).context("a whole world")?;
         let mut seen = world.map().observation(at);
         seen.view = view(at);
         let begin = Instant::now();
-        tree.extend(Step { turn, seen }).expect("a gateway that is there");
+        tree.extend(Step { turn, seen }).context("a gateway that is there")?;
         busy_s += begin.elapsed().as_secs_f64();
         n_timed += 1;
         if ROWS.contains(&n_travels) {
@@ -97,4 +81,5 @@ fn drive(n_hypotheses_max: usize, n_views: u32) {
             (busy_s, n_timed) = (0.0, 0);
         }
     }
+    Ok(())
 }

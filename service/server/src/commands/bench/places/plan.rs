@@ -1,9 +1,9 @@
 //! Plans of buildings as files, and the doors that people drew in them.
 
 use std::collections::BTreeSet;
-use std::error::Error;
 use std::path::Path;
 
+use anyhow::Context;
 use meetpoint_geometry::Point2;
 use meetpoint_occupancy::{ImportParams, MapMode, MapYaml, Raster, imported, read_png};
 use meetpoint_topology::{FreeSpace, partition};
@@ -12,8 +12,8 @@ use meetpoint_topology::{FreeSpace, partition};
 const N_SPECK_CELLS: u32 = 100;
 
 /// The cells of a plan of 0.05 m a cell, free where it is nearly white, walls elsewhere.
-pub(crate) fn plan(path: &Path) -> Result<Raster, Box<dyn Error>> {
-    let bytes = std::fs::read(path).map_err(|error| format!("{}: {error}", path.display()))?;
+pub(super) fn plan(path: &Path) -> anyhow::Result<Raster> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
     let yaml = MapYaml {
         image: String::new(),
         resolution_m: 0.05,
@@ -28,12 +28,12 @@ pub(crate) fn plan(path: &Path) -> Result<Raster, Box<dyn Error>> {
 
 /// The doors between drawn rooms: free cells of the plan that belong to no room and touch two of
 /// them, as far as they hang together. Middles of each, in metres.
-pub(crate) fn doors(plan: &Raster, rooms: &Path) -> Result<Vec<Vec<Point2<f64>>>, Box<dyn Error>> {
+pub(super) fn doors(plan: &Raster, rooms: &Path) -> anyhow::Result<Vec<Vec<Point2<f64>>>> {
     let space = FreeSpace::from_raster(plan, FreeSpace::PROBABILITY_MAX);
     let rooms =
         partition(&FreeSpace::from_raster(&self::plan(rooms)?, FreeSpace::PROBABILITY_MAX), []);
     if rooms.info() != space.info() {
-        return Err("the plan and its rooms are not of one size".into());
+        anyhow::bail!("the plan and its rooms are not of one size");
     }
     let sizes = rooms.sizes();
     let room =

@@ -30,9 +30,9 @@ const SIDE_M: f64 = 16.0;
 const THERE_M: f64 = 0.6;
 
 /// What a robot knows when it comes to a place.
-pub(crate) struct Visit {
+pub(super) struct Visit {
     /// The core of the place, as the plan has it.
-    pub(crate) core: Point2<f64>,
+    pub(super) core: Point2<f64>,
     local: LocalPerceptualMap,
     local_from_robot: Pose,
     /// Where the frame of the local map truly is at that moment.
@@ -41,7 +41,7 @@ pub(crate) struct Visit {
 
 impl Visit {
     /// The place that the robot finds in its local map, in the frame of the plan.
-    pub(crate) fn seen(&self, params: &LocalParams) -> Option<LocalPlace> {
+    pub(super) fn seen(&self, params: &LocalParams) -> Option<LocalPlace> {
         let found = self.local.place_at(self.local_from_robot.position(), params)?;
         Some(found.in_frame(self.map_from_local))
     }
@@ -49,7 +49,7 @@ impl Visit {
 
 /// The visits of one drive to all places that hang together with the widest; `None` if there is
 /// no way for a robot of that size.
-pub(crate) fn visits(
+pub(super) fn visits(
     plan: &Raster,
     parsed: &ParsedMap,
     odometry_error: OdometryError,

@@ -1,10 +1,6 @@
 //! Parses plans of buildings into places, has a robot drive to each, and compares gateways with
 //! doors.
 //!
-//! ```text
-//! cargo run --release -p meetpoint-places --example gateways -- [--png FOLDER] [--no-drive] PLANS/*.png
-//! ```
-//!
 //! Beside every plan `NAME.png` lies `NAME_gt_segmentation.png`, rooms between drawn lines, as in R.
 //! Bormann et al., "Room segmentation: survey, implementation, and analysis", ICRA 2016; files of rooms
 //! and of furniture are left out.
@@ -15,23 +11,20 @@
 //! near a door nor near one of the plan's constrictions. A star is right if it is that of the same
 //! place of the plan, by the same criterion.
 
-mod picture;
-mod plan;
-mod visits;
-
-use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use anyhow::Context;
 use meetpoint_geometry::Point2;
 use meetpoint_occupancy::Raster;
 use meetpoint_places::{
     GatewayCriterion, LocalGateway, LocalParams, LocalPlace, ParsedMap, parsed_map,
 };
 use meetpoint_sim::OdometryError;
-use picture::Picture;
-use plan::{doors, plan};
-use visits::{Visit, visits};
+
+use super::plan::{doors, plan};
+use super::star_picture;
+use super::visits::{Visit, visits};
 
 /// A gateway is at a door, or another gateway, up to this distance, in metres.
 const AT_DOOR_M: f64 = 0.5;
@@ -105,15 +98,8 @@ impl Judged {
         }
     }
 
-    fn save(&self, places: &[LocalPlace], path: &Path) -> Result<(), Box<dyn Error>> {
-        let mut picture = Picture::new(&self.raster);
-        for cell in self.doors.iter().flatten() {
-            picture.dot(*cell, 0.04, [255, 220, 0]);
-        }
-        for place in places {
-            picture.place(place);
-        }
-        picture.save(path)
+    fn save(&self, places: &[LocalPlace], path: &Path) -> anyhow::Result<()> {
+        star_picture::save(&self.raster, &self.doors, places, path)
     }
 }
 
@@ -134,26 +120,21 @@ fn is_right(parsed: &ParsedMap, visit: &Visit, seen: &LocalPlace) -> bool {
     nearest.is_some_and(is_alike)
 }
 
-fn main() -> Result<(), Box<dyn Error>> {
-    let mut arguments: Vec<String> = std::env::args().skip(1).collect();
-    let folder = arguments.iter().position(|argument| argument == "--png").map(|at| {
-        arguments.remove(at);
-        PathBuf::from(if at < arguments.len() { arguments.remove(at) } else { ".".to_owned() })
-    });
-    let n_arguments = arguments.len();
-    arguments.retain(|argument| argument != "--no-drive");
-    let drives = arguments.len() == n_arguments;
+/// Prints a row for each plan, way of looking and criterion; saves pictures.
+pub(super) fn print(plans: &[PathBuf], folder: Option<&Path>, drives: bool) -> anyhow::Result<()> {
+    anyhow::ensure!(!plans.is_empty(), "no plans are named");
     println!(
         "{:18} {:9} {:12} {:>7} {:>8} {:>6} {:>6} {:>6} {:>9} {:>8}",
         "plan", "from", "criterion", "places", "gateways", "doors", "found", "extra", "stars", "ms"
     );
     let mut sums = vec![];
-    for path in arguments.iter().map(Path::new) {
-        let name = path.file_stem().and_then(|name| name.to_str()).ok_or("no such plan")?;
+    for path in plans {
+        let name =
+            path.file_stem().and_then(|name| name.to_str()).context("a plan without a name")?;
         if name.ends_with("_gt_segmentation") || name.ends_with("_furnitures") {
             continue;
         }
-        let scores = examined(path, name, folder.as_deref(), drives)?;
+        let scores = examined(path, name, folder, drives)?;
         sums.resize(scores.len(), Score::default());
         for (sum, (from, criterion, score)) in sums.iter_mut().zip(&scores) {
             score.print(name, from, *criterion);
@@ -174,7 +155,7 @@ fn examined(
     name: &str,
     folder: Option<&Path>,
     drives: bool,
-) -> Result<Vec<Row>, Box<dyn Error>> {
+) -> anyhow::Result<Vec<Row>> {
     let raster = plan(path)?;
     let doors = doors(&raster, &path.with_file_name(format!("{name}_gt_segmentation.png")))?;
     let by = |criterion| LocalParams::INDOOR.by(criterion);

@@ -9,7 +9,7 @@ const COLUMNS: &str =
     "complete | isomorphic | rehearsals | of these refuted | steps | firings | way |";
 
 /// A row an environment, compass and error; means over the seeds.
-pub(crate) fn of_errors(n_seeds: u64) {
+pub(super) fn of_errors(n_seeds: u64) {
     println!("| environment | compass | error | {COLUMNS}");
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for (compass, params) in
@@ -29,7 +29,7 @@ pub(crate) fn of_errors(n_seeds: u64) {
 
 /// A row for each error and number of firings that are averaged: where it ends. All environments, with
 /// a compass.
-pub(crate) fn of_noise(n_seeds: u64) {
+pub(super) fn of_noise(n_seeds: u64) {
     println!("| error | firings averaged | {COLUMNS}");
     println!("|---|---|---|---|---|---|---|---|---|");
     for range_error in [0.1, 0.15, 0.2, 0.3] {
@@ -54,11 +54,11 @@ pub(crate) fn of_noise(n_seeds: u64) {
 }
 
 /// A row for each width of corridors, where the robot expects 2 m; at 5 and 10 %, with a compass.
-pub(crate) fn of_widths(n_seeds: u64) {
+pub(super) fn of_widths(n_seeds: u64) -> anyhow::Result<()> {
     println!("| corridors | error | {COLUMNS}");
     println!("|---|---|---|---|---|---|---|---|---|");
     for width_m in [1.4, 1.7, 2.0, 2.3, 2.6, 3.0] {
-        let worlds = nx_worlds_of(width_m).expect("a length");
+        let worlds = nx_worlds_of(width_m)?;
         for range_error in [0.05, 0.1] {
             let params = ExplorerParams::NX;
             let drive = NxDrive { params, range_error, has_home: false, seed: 0 };
@@ -67,11 +67,12 @@ pub(crate) fn of_widths(n_seeds: u64) {
             println!("| {width_m:.1} m | {:.0} % {}", range_error * 100.0, row(&all));
         }
     }
+    Ok(())
 }
 
 /// A row for each of the things that tell places apart or not: dead reckoning, how far rehearsals lead,
 /// home. All environments at 5 % error, with a compass.
-pub(crate) fn of_matching(n_seeds: u64) {
+pub(super) fn of_matching(n_seeds: u64) {
     println!("| dead reckoning | rehearsals lead | home | {COLUMNS}");
     println!("|---|---|---|---|---|---|---|---|---|---|");
     for has_position in [true, false] {
