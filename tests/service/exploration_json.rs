@@ -18,7 +18,9 @@ pub(crate) fn query(request: &v1::GetExplorationRequest) -> String {
         }
     }
     let of = asked(request.robot.as_ref(), request.map_version);
-    format!("robots={}&positions={}{of}", robots.join(","), positions.join(";"))
+    let session = &request.session;
+    let within = if session.is_empty() { String::new() } else { format!("&session={session}") };
+    format!("robots={}&positions={}{of}{within}", robots.join(","), positions.join(";"))
 }
 
 pub(crate) fn exploration(body: &Value) -> v1::Exploration {
@@ -39,6 +41,8 @@ pub(crate) fn exploration(body: &Value) -> v1::Exploration {
         observed_m2: real(&body["observed_m2"]),
         reached_m2: real(&body["reached_m2"]),
         planning_time_us: signed(&body["planning_time_us"]),
+        frame_session: text(&body["frame_session"]),
+        missing_arcs: rows(&body["missing_arcs"], unsigned),
     }
 }
 
@@ -55,5 +59,6 @@ fn robot(body: &Value) -> v1::RobotExploration {
         heading_rad: present(body, "heading_rad").map(real),
         distance_m: real(&body["distance_m"]),
         points: rows(&body["points"], point),
+        frame_session: present(body, "frame_session").map(text),
     }
 }

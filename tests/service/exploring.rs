@@ -41,14 +41,26 @@ impl<'a> Explorer<'a> {
         building: &'a Building,
         place: char,
     ) -> Self {
+        let at = building.place(place).expect("a place that is drawn");
+        let at = map_from_building(building) * Pose::new(at.x, at.y, 0.0);
+        let known = v1::start::Kind::Known(drive::pose(at));
+        Self::starting(door, map, (building, place), known).await
+    }
+
+    /// The same, with what it says of where it starts.
+    async fn starting<D: Door>(
+        door: &D,
+        map: &str,
+        (building, place): (&'a Building, char),
+        start_kind: v1::start::Kind,
+    ) -> Self {
         let start = building.place(place).expect("a place that is drawn");
         let start = Pose::new(start.x, start.y, 0.0);
         let rng = ChaCha8Rng::seed_from_u64(u64::from(u32::from(place)));
         let drive = Drive::standing(building, ROBOT, start, START_NS, rng).expect("room");
         let name = format!("{map}-{}", place.to_ascii_lowercase());
-        let known = v1::start::Kind::Known(drive::pose(map_from_building(building) * start));
         let request = v1::OpenSessionRequest {
-            start: Some(v1::Start { kind: Some(known) }),
+            start: Some(v1::Start { kind: Some(start_kind) }),
             ..opening(map, &name, &[drive::laser(&ROBOT.laser)])
         };
         let session = opened(door, request).await;
@@ -101,15 +113,22 @@ fn asked(map: &str, explorers: Vec<Kind>) -> v1::GetExplorationRequest {
         map: map.to_owned(),
         explorers: explorers.into_iter().map(|kind| v1::Explorer { kind: Some(kind) }).collect(),
         robot: Some(v1::RobotChoice { kind: Some(kind) }),
-        map_version: 0,
-        picture: false,
+        ..Default::default()
     }
 }
 
 /// Has robots explore until they can reach nothing unexplored: how often two had goals at once.
 async fn explored<D: Door>(door: &D, map: &str, robots: &mut [Explorer<'_>]) -> u32 {
     let names = robots.iter().map(|robot| Kind::Robot(robot.name.clone())).collect();
-    let request = asked(map, names);
+    explored_by(door, asked(map, names), robots).await
+}
+
+/// The same by a question.
+async fn explored_by<D: Door>(
+    door: &D,
+    request: v1::GetExplorationRequest,
+    robots: &mut [Explorer<'_>],
+) -> u32 {
     let (mut n_shared, mut n_done) = (0, 0);
     for _ in 0..N_ROUNDS_MAX {
         for robot in &mut *robots {
@@ -118,6 +137,7 @@ async fn explored<D: Door>(door: &D, map: &str, robots: &mut [Explorer<'_>]) -> 
         let now = door.exploration(request.clone()).await.expect("a good question");
         assert!(now.live, "the map as it grows: {now:?}");
         assert_eq!(now.robots.len(), robots.len(), "each is told: {now:?}");
+        assert_eq!(now.frame_session, request.session, "in the frame asked for: {now:?}");
         assert_eq!(now.frontier_m == 0.0, now.frontiers.is_empty(), "{now:?}");
         for (robot, given) in robots.iter_mut().zip(&now.robots) {
             assert_eq!((&given.robot, &given.session), (&robot.name, &robot.session.id), "{now:?}");
@@ -237,6 +257,7 @@ async fn published<D: Door>(door: &D, map: &str, robot: &str) {
     let expected = [Code::NotPlaced, Code::OutsideMap, Code::StartOccupied, Code::Explored];
     assert_eq!(codes, expected, "{odd:?}");
     assert!(!odd.explored, "nobody knows of the others: {odd:?}");
+    closed_doors_bar_ways(door, map, request(vec![here.clone()]), of_version.reached_m2).await;
     let picture = v1::GetExplorationRequest { picture: true, ..request(vec![here.clone()]) };
     let png = door.exploration_picture(picture).await.expect("a picture");
     assert!(png.starts_with(b"\x89PNG"), "a PNG");
@@ -247,6 +268,84 @@ async fn published<D: Door>(door: &D, map: &str, robot: &str) {
     refused(door.exploration(asked("no-map", vec![])).await, "MAP_NOT_FOUND");
     let later = v1::GetExplorationRequest { map_version: 999, ..asked(map, vec![]) };
     refused(door.exploration(later).await, "VERSION_NOT_FOUND");
+}
+
+/// Each arc closed by itself, then open again. The rooms have one door each.
+async fn closed_doors_bar_ways<D: Door>(
+    door: &D,
+    map: &str,
+    request: v1::GetExplorationRequest,
+    reached_m2: f64,
+) {
+    let graph = door.graph(map, request.map_version, v1::GraphPruning::Unspecified, false).await;
+    let arcs = graph.expect("a version has one").arcs;
+    assert!(!arcs.is_empty(), "rooms with doors");
+    let mut n_bars = 0;
+    for arc in &arcs {
+        door.close_arc(map, arc.id, "").await.expect("an arc of it");
+        let closed = door.exploration(request.clone()).await.expect("good");
+        assert!(closed.missing_arcs.is_empty(), "it has all: {closed:?}");
+        assert!(closed.reached_m2 <= reached_m2, "{closed:?}");
+        n_bars += usize::from(closed.reached_m2 < reached_m2 - 2.0);
+        door.open_arc(map, arc.id).await.expect("it is closed");
+    }
+    assert!(0 < n_bars, "behind some door lies more than 2 of {reached_m2} square metres");
+    let open = door.exploration(request).await.expect("good");
+    assert!((open.reached_m2 - reached_m2).abs() < 1e-9, "as before: {open:?}");
+}
+
+/// A robot that nobody placed explores the frame that it maps in.
+async fn of_unknown_start<D: Door>(door: &D) {
+    let building = rooms().building;
+    let map = "anywhere";
+    door.create_map(map, 0.05).await.expect("a new map");
+    let unknown = v1::start::Kind::Unknown(v1::UnknownStart {});
+    let robot = Explorer::starting(door, map, (&building, 'B'), unknown).await;
+    let session = robot.session.id.clone();
+    let robots = &mut [robot];
+    robots[0].drive_on(door).await;
+    let all = asked(map, vec![]);
+    let within = v1::GetExplorationRequest { session: session.clone(), ..all.clone() };
+    explored_by(door, within.clone(), robots).await;
+    refused(door.exploration(all).await, "NOTHING_OBSERVED");
+    let placed = Explorer::new(door, map, &building, 'A').await;
+    let robots = [robots[0].name.clone(), placed.name.clone()].map(Kind::Robot).to_vec();
+    let of_both = v1::GetExplorationRequest { explorers: asked(map, robots).explorers, ..within };
+    let told = door.exploration(of_both.clone()).await.expect("the frame has a grid");
+    let elsewhere = |told: &v1::Exploration| {
+        let codes = told.robots.iter().map(v1::RobotExploration::code);
+        let frames = told.robots.iter().map(|robot| robot.frame_session.clone());
+        codes.zip(frames).collect::<Vec<_>>()
+    };
+    let [_, of_placed] = &elsewhere(&told)[..] else { panic!("two: {told:?}") };
+    assert_eq!(*of_placed, (Code::NotPlaced, Some(String::new())), "it lies in the map: {told:?}");
+    let mut placed = placed;
+    placed.drive_on(door).await;
+    let of_map = v1::GetExplorationRequest { session: String::new(), ..of_both.clone() };
+    let told = door.exploration(of_map).await.expect("the map has a grid");
+    let [of_unplaced, _] = &elsewhere(&told)[..] else { panic!("two: {told:?}") };
+    assert_eq!(*of_unplaced, (Code::NotPlaced, Some(session)), "it says whom to ask for: {told:?}");
+    let in_map =
+        v1::GetExplorationRequest { session: placed.session.id.clone(), ..of_both.clone() };
+    refused(door.exploration(in_map).await, "SESSION_PLACED");
+    let nobody =
+        v1::GetExplorationRequest { session: uuid::Uuid::nil().to_string(), ..of_both.clone() };
+    refused(door.exploration(nobody).await, "SESSION_NOT_FOUND");
+    door.create_map("elsewhere", 0.05).await.expect("a new map");
+    let other = v1::GetExplorationRequest { map: "elsewhere".to_owned(), ..of_both };
+    refused(door.exploration(other).await, "INVALID_FIELD");
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_unknown_start_over_grpc() {
+    let data = empty_folder();
+    of_unknown_start(&Launch::at(data.path()).start().grpc()).await;
+}
+
+#[tokio::test(flavor = "multi_thread")]
+async fn of_unknown_start_over_rest() {
+    let data = empty_folder();
+    of_unknown_start(&Launch::at(data.path()).start().rest()).await;
 }
 
 #[tokio::test(flavor = "multi_thread")]

@@ -4,7 +4,7 @@ use meetpoint_client::v1;
 
 use crate::door::{Door, finished, job_done, refused};
 use crate::drive::{SimulatedDrive, opened, opening, send};
-use crate::running::{Launch, empty_folder};
+use crate::running::{Launch, empty_folder, meetpoint};
 
 /// Probability that no cell is beyond, in hundredths, as cells of grids are told.
 const PERCENT_MAX: u8 = 80;
@@ -96,8 +96,24 @@ async fn over_grpc_and_after_a_restart() {
 }
 
 #[tokio::test(flavor = "multi_thread")]
-async fn over_rest() {
+async fn over_rest_and_by_the_command() {
     let data = empty_folder();
     let service = Launch::at(data.path()).start();
     a_map_keeps_to_its_parameters(&service.rest()).await;
+    let url = service.url();
+    let run = |arguments: &[&str]| {
+        let all = [&["parameters", "unsure", "--server", &url], arguments].concat();
+        let done = meetpoint(&all).output().expect("the binary under test starts");
+        let told =
+            [done.stdout, done.stderr].map(|told| String::from_utf8_lossy(&told).into_owned());
+        (done.status.success(), told.concat())
+    };
+    let (is_done, told) = run(&["--set", "probability_max=0.8", "--set", "prior=0.4"]);
+    assert!(is_done && told.contains("probability_max = 0.8\n"), "{told}");
+    assert!(told.contains("is drawn by others: meetpoint rebuild --map unsure"), "{told}");
+    let (is_done, told) = run(&["--reset"]);
+    assert!(is_done && told.contains("the service's own; version"), "{told}");
+    assert!(told.contains("prior = 0.5\n") && told.contains("is drawn by them"), "{told}");
+    let (is_done, told) = run(&["--set", "speed=3"]);
+    assert!(!is_done && told.contains("no parameter `speed`"), "{told}");
 }

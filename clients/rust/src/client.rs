@@ -5,6 +5,7 @@ mod closures;
 mod exploration;
 mod jobs;
 mod merges;
+mod parameters;
 mod places;
 mod plans;
 

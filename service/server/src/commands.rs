@@ -11,6 +11,7 @@ pub mod import;
 pub mod map;
 pub mod merge;
 pub mod merges;
+pub mod parameters;
 pub mod places;
 pub mod plan;
 pub mod rebuild;

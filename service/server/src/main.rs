@@ -35,6 +35,8 @@ enum Command {
     Changes(commands::changes::ChangesArgs),
     /// Show the doors of a map: places whose occupancy keeps changing
     Doors(commands::doors::DoorsArgs),
+    /// Show what readings of a map's sensors are taken to mean, or decide on it
+    Parameters(commands::parameters::ParametersArgs),
     /// Show the places of a map, their gateways and how paths join them, or draw them
     Places(commands::places::PlacesArgs),
     /// Show every topological map that fits a travel from place to place, and what would decide
@@ -86,6 +88,7 @@ async fn main() -> ExitCode {
         Command::Trajectory(args) => commands::trajectory::run(args).await,
         Command::Changes(args) => commands::changes::run(args).await,
         Command::Doors(args) => commands::doors::run(args).await,
+        Command::Parameters(args) => commands::parameters::run(args).await,
         Command::Places(args) => commands::places::run(args).await,
         Command::Hypotheses(args) => commands::hypotheses::run(&args).await,
         Command::Train(args) => commands::train::run(args).await,

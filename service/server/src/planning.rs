@@ -2,6 +2,7 @@
 
 mod advice;
 mod alternatives;
+mod barred;
 mod costs;
 mod ends;
 mod explorations;
@@ -22,6 +23,7 @@ use tokio::sync::Semaphore;
 use crate::settings::PlanningSettings;
 
 pub(crate) use advice::{no_route, nowhere};
+pub(crate) use barred::{barred, closed};
 pub(crate) use costs::{Cost, CostKind, CostOrigin, Costs, Decision, Removal};
 pub(crate) use ends::{Located, Nowhere, locate};
 pub(crate) use explorations::Explorations;

@@ -78,6 +78,7 @@ pub(crate) use exploration::{Exploration, code_name as exploration_code_name};
 pub(crate) use graphs::Graph;
 pub(crate) use hypotheses::HypothesisList;
 pub(crate) use imports::MapImport;
+pub(crate) use mapping_parameters::{MappingParameters, MappingParametersState};
 pub(crate) use places::PlaceList;
 pub(crate) use planned_path::PathReply;
 pub(crate) use trajectories::Trajectory;

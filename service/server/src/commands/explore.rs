@@ -17,7 +17,7 @@ pub struct ExploreArgs {
     /// is named
     #[arg(long = "robot", value_name = "ROBOT")]
     robots: Vec<String>,
-    /// Somebody there, in metres in the map's frame; more than one may be given
+    /// Somebody there, in metres in the frame that is explored; more than one may be given
     #[arg(long = "at", value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
     positions: Vec<v1::Point>,
     /// Radius of the robots, metres; that of the profile `default` where nothing is said
@@ -29,6 +29,9 @@ pub struct ExploreArgs {
     /// The version; the map as it is now where nothing is said
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     version: u64,
+    /// A session of unknown start: the frame that it maps in instead of the map's
+    #[arg(long)]
+    session: Option<String>,
     /// Write the values as a picture: white is unexplored, the darker the farther from it
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
@@ -67,6 +70,7 @@ fn request(args: &ExploreArgs) -> v1::GetExplorationRequest {
         robot: kind.map(|kind| v1::RobotChoice { kind: Some(kind) }),
         map_version: args.version,
         picture: args.png.is_some(),
+        session: args.session.clone().unwrap_or_default(),
     }
 }
 
@@ -84,7 +88,14 @@ fn report(exploration: &v1::Exploration) {
                      {heading_deg:.0}°"
                 );
             }
-            None => println!("{name}: {}", exploration_code_name(robot.code())),
+            None => {
+                let elsewhere = match robot.frame_session.as_deref() {
+                    Some("") => ", it lies in the map's frame".to_owned(),
+                    Some(session) => format!(", it maps in the frame of session {session}"),
+                    None => String::new(),
+                };
+                println!("{name}: {}{elsewhere}", exploration_code_name(robot.code()));
+            }
         }
     }
     if exploration.explored {
@@ -94,6 +105,9 @@ fn report(exploration: &v1::Exploration) {
     println!(
         "{frontier_m:.1} m of frontiers; {observed_m2:.1} m² observed, {reached_m2:.1} m² reached"
     );
+    for arc in &exploration.missing_arcs {
+        println!("arc {arc} is closed, and this version has no such arc");
+    }
     let live = if exploration.live { " and what was mapped since" } else { "" };
     println!(
         "map {}, version {}{live}, robots of {} m radius, in {} us",

@@ -48,18 +48,27 @@ pub(crate) fn asked(explorers: Vec<v1::Explorer>) -> Result<Vec<Asked>, Error> {
 pub(crate) struct Explorer {
     pub(crate) robot: String,
     pub(crate) session: String,
-    /// In the map's frame; `None` if nobody knows.
+    /// In the frame that is explored, the map's mostly; `None` if nobody knows.
     pub(crate) map_from_robot: Option<Pose>,
+    /// The session in whose frame it is known to map, where that is another; empty for the map's.
+    pub(crate) elsewhere: Option<String>,
     /// By the robot's clock.
     pub(crate) stamp_ns: i64,
 }
 
-/// What a robot is to do; no errand for one that has no place in the map.
+/// What a robot is to do; no errand for one that has no place in the frame that is explored.
 pub(crate) fn robot_to_wire(explorer: Explorer, errand: Option<Errand>) -> v1::RobotExploration {
     use v1::ExplorationCode as Code;
-    let Explorer { robot, session, map_from_robot, stamp_ns } = explorer;
+    let Explorer { robot, session, map_from_robot, elsewhere: frame_session, stamp_ns } = explorer;
     let pose = map_from_robot.map(pose_to_wire);
-    let bare = v1::RobotExploration { robot, session, pose, stamp_ns, ..Default::default() };
+    let bare = v1::RobotExploration {
+        robot,
+        session,
+        pose,
+        stamp_ns,
+        frame_session,
+        ..Default::default()
+    };
     let (code, way) = match errand {
         None => (Code::NotPlaced, None),
         Some(Errand::Go(way)) => (Code::Ok, Some(way)),

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use meetpoint_proto::v1;
 use meetpoint_storage::{JournalEntry, JournalSeq, MapId, MapLease, MapRecord, SessionId};
 
-use super::actors::{Awaited, Mailbox, Replacement, Shared};
+use super::actors::{Awaited, Looker, Mailbox, Replacement, Shared};
 use super::checkpoint;
 use super::decisions::Decisions;
 use super::map_state::{Applied, MapState};
@@ -217,9 +217,11 @@ impl Actor<'_> {
 
     /// Shows the map to those who wait for it: a pointer a tile.
     fn show(&self, work: &Work) {
-        for looker in self.mailbox.lookers() {
-            // Who has gone away does not need to see it.
-            let _ = looker.send(work.state.grid().clone());
+        for Looker { frame, show } in self.mailbox.lookers() {
+            if let Some(grid) = work.state.grid_in(frame) {
+                // Who has gone away does not need to see it.
+                let _ = show.send(grid.clone());
+            }
         }
     }
 

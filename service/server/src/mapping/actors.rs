@@ -47,7 +47,14 @@ pub(super) struct Mailbox {
     /// The journal has grown, or there is a replacement.
     pub(super) woken: Notify,
     replacement: Mutex<Option<Awaited>>,
-    lookers: Mutex<Vec<oneshot::Sender<Grid>>>,
+    lookers: Mutex<Vec<Looker>>,
+}
+
+/// Somebody who waits to see a grid.
+pub(super) struct Looker {
+    /// The session in whose frame it is drawn; `None` for the map's.
+    pub(super) frame: Option<SessionId>,
+    pub(super) show: oneshot::Sender<Grid>,
 }
 
 /// A state computed apart, to be taken instead of the actor's own.
@@ -73,7 +80,7 @@ impl Mailbox {
     }
 
     /// Who waits to see the map.
-    pub(super) fn lookers(&self) -> Vec<oneshot::Sender<Grid>> {
+    pub(super) fn lookers(&self) -> Vec<Looker> {
         std::mem::take(&mut *self.lookers.lock().unwrap_or_else(PoisonError::into_inner))
     }
 }
@@ -162,14 +169,15 @@ impl Actors {
         version.await.map_err(|_| Error::Stopping)
     }
 
-    /// The site's grid as it is now; `None` if the map is not in memory, where its newest version is
-    /// all there is, or is too busy to show it soon.
-    pub(crate) async fn live_grid(&self, map: &MapId) -> Option<Grid> {
+    /// The site's grid as it is now, or that of a session's frame; `None` if the map is not in memory,
+    /// where its newest version is all there is, has nothing in that frame, or is too busy to show it soon.
+    pub(crate) async fn live_grid(&self, map: &MapId, frame: Option<SessionId>) -> Option<Grid> {
         let (show, shown) = oneshot::channel();
         {
             let running = self.0.running();
             let mailbox = running.get(map)?;
-            mailbox.lookers.lock().unwrap_or_else(PoisonError::into_inner).push(show);
+            let looker = Looker { frame, show };
+            mailbox.lookers.lock().unwrap_or_else(PoisonError::into_inner).push(looker);
             mailbox.woken.notify_one();
         }
         tokio::time::timeout(LOOK_WAIT, shown).await.ok()?.ok()

@@ -113,6 +113,14 @@ impl MapState {
         self.site.grid()
     }
 
+    /// The grid of the map's frame, or that of a session that is not placed, if anything is mapped in it.
+    pub(super) fn grid_in(&self, frame: Option<SessionId>) -> Option<&Grid> {
+        match frame {
+            None => Some(self.grid()),
+            Some(frame) => self.unplaced.get(&frame).map(LiveMap::grid),
+        }
+    }
+
     /// The place in the journal up to which everything is in.
     pub(crate) fn position(&self) -> JournalSeq {
         self.position

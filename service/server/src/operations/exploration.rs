@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_occupancy::Grid;
-use meetpoint_planning::{Errand, Exploration, Explored, Known, exploration_rectangle};
+use meetpoint_planning::{Errand, Exploration, Explored, Known, Shape, exploration_rectangle};
 use meetpoint_proto::v1;
 use meetpoint_storage::{MapId, PoseRecord, RobotId, SessionId, SessionRecord};
 
@@ -14,7 +14,7 @@ use crate::convert::exploration::{
     Asked, Explorer, N_EXPLORERS_MAX, asked, frontiers_to_wire, robot_to_wire,
 };
 use crate::convert::{plan, pose, value_picture};
-use crate::planning::{Choice, Costs, Standing};
+use crate::planning::{Choice, Standing, barred, closed};
 use crate::{error::Error, service::Service};
 
 /// Open sessions on a map that are looked at. A robot has one, its newest.
@@ -35,17 +35,23 @@ impl Service {
         request: v1::GetExplorationRequest,
     ) -> Result<v1::GetExplorationResponse, Error> {
         let begun = Instant::now();
-        let v1::GetExplorationRequest { map, explorers, robot, map_version, picture } = request;
+        let v1::GetExplorationRequest { map, explorers, robot, map_version, picture, session } =
+            request;
         let (asked, choice) = (asked(explorers)?, plan::choice(robot)?);
         let standing = self.standing(&map).await?;
         let radius_m = self.radius_m(&standing, choice)?;
-        let ground = self.explored_ground(&standing.map, map_version).await?;
-        let explorers = self.explorers(&standing.map, asked, ground.version).await?;
-        let exploration = self.planner.explorations.of(&standing.map, radius_m);
+        let frame = self.explored_frame(&standing.map, &session).await?;
+        let ground = self.explored_ground(&standing.map, frame, map_version).await?;
+        let (obstacles, missing_arcs) = match frame {
+            None => self.obstacles(&standing, ground.version).await?,
+            Some(_) => Default::default(),
+        };
+        let explorers = self.explorers(&standing.map, asked, (frame, ground.version)).await?;
+        let exploration = self.planner.explorations.of(&standing.map, frame, radius_m);
         let points: Vec<_> = placed(&explorers).collect();
         let question = Question {
             grid: ground.grid,
-            costs: standing.costs.clone(),
+            obstacles,
             points,
             radius_m,
             picture,
@@ -78,6 +84,8 @@ impl Service {
             observed_m2,
             reached_m2,
             planning_time_us: plan::micros(begun.elapsed()),
+            frame_session: frame.map(name_of).unwrap_or_default(),
+            missing_arcs,
         };
         Ok(v1::GetExplorationResponse { exploration: Some(exploration), png })
     }
@@ -96,32 +104,74 @@ impl Service {
         }
     }
 
-    /// The grid of a version, or for 0 the one that grows: its newest version where it is not in
-    /// memory.
-    async fn explored_ground(&self, map: &MapId, version: u64) -> Result<Ground, Error> {
+    /// The session in whose frame a session maps, on this map; `None`, the map's, where none is named.
+    async fn explored_frame(&self, map: &MapId, session: &str) -> Result<Option<SessionId>, Error> {
+        if session.is_empty() {
+            return Ok(None);
+        }
+        let (of_map, frame) = self.session_frame(session).await?;
+        if of_map != *map {
+            return Err(Error::field("session", "is one of another map"));
+        }
+        Ok(Some(frame))
+    }
+
+    /// What people drew and closed on the map, by the arcs of a version, and the ids of closed arcs that
+    /// it lacks.
+    async fn obstacles(
+        &self,
+        standing: &Standing,
+        version: u64,
+    ) -> Result<(Vec<Shape>, Vec<u64>), Error> {
+        let costs = &standing.costs;
+        let mut obstacles: Vec<Shape> = costs.obstacles().cloned().collect();
+        let closed: Vec<u64> = closed(costs).collect();
+        if closed.is_empty() || version == 0 {
+            return Ok((obstacles, closed));
+        }
+        match self.version_topology(&standing.map.0, version).await {
+            Ok(found) => {
+                let (bars, missing) = barred(&found.topology, costs);
+                obstacles.extend(bars);
+                Ok((obstacles, missing))
+            }
+            Err(Error::NoGraph { .. } | Error::MapTooLarge { .. }) => Ok((obstacles, closed)),
+            Err(error) => Err(error),
+        }
+    }
+
+    /// The grid of a version in the map's frame or a session's, or for 0 the one that grows: its newest
+    /// version where it is not in memory.
+    async fn explored_ground(
+        &self,
+        map: &MapId,
+        frame: Option<SessionId>,
+        version: u64,
+    ) -> Result<Ground, Error> {
         if 0 < version {
-            let found = self.version_grid(&map.0, version).await?;
+            let found = self.frame_grid(&map.0, version, frame).await?;
             return Ok(Ground { grid: found.grid, version, is_live: false });
         }
-        let live = self.actors.live_grid(map).await;
+        let live = self.actors.live_grid(map, frame).await;
         let newest = self.store.versions(map, None, 1).await?;
         let newest = newest.first().map_or(0, |version| version.number);
         match live {
             Some(grid) => Ok(Ground { grid: Arc::new(grid), version: newest, is_live: true }),
             None if newest == 0 => Err(Error::NothingObserved),
             None => {
-                let grid = self.version_grid(&map.0, newest).await?.grid;
+                let grid = self.frame_grid(&map.0, newest, frame).await?.grid;
                 Ok(Ground { grid, version: newest, is_live: false })
             }
         }
     }
 
-    /// Those who are asked about, with their poses; all with an open session if nobody is.
+    /// Those who are asked about, with their poses in a frame, by a version where nothing is newer; all
+    /// with an open session if nobody is asked about.
     async fn explorers(
         &self,
         map: &MapId,
         asked: Vec<Asked>,
-        version: u64,
+        seen_in: (Option<SessionId>, u64),
     ) -> Result<Vec<Explorer>, Error> {
         let mut explorers = Vec::new();
         if asked.is_empty() {
@@ -132,7 +182,7 @@ impl Service {
                 return Err(Error::field("explorers", problem));
             }
             for session in open {
-                explorers.push(self.explorer(session, version).await?);
+                explorers.push(self.explorer(session, seen_in).await?);
             }
         }
         for asked in asked {
@@ -148,7 +198,7 @@ impl Service {
                     }
                     let open = self.store.open_sessions(map, Some(&robot), N_SESSIONS_MAX);
                     match open.await?.pop() {
-                        Some(session) => self.explorer(session, version).await?,
+                        Some(session) => self.explorer(session, seen_in).await?,
                         None => Explorer { robot: name, ..Explorer::default() },
                     }
                 }
@@ -157,9 +207,13 @@ impl Service {
         Ok(explorers)
     }
 
-    /// Where the robot of a session is: at its newest pose, or at the last one of a version if nothing
-    /// came since the service was started.
-    async fn explorer(&self, session: SessionRecord, version: u64) -> Result<Explorer, Error> {
+    /// Where the robot of a session is in a frame: at its newest pose, or at the last one of a version if
+    /// nothing came since the service was started.
+    async fn explorer(
+        &self,
+        session: SessionRecord,
+        (frame, version): (Option<SessionId>, u64),
+    ) -> Result<Explorer, Error> {
         let explorer = Explorer {
             robot: session.robot.0.clone(),
             session: session.id.0.to_string(),
@@ -167,15 +221,20 @@ impl Service {
         };
         let progress = self.live.session(session.id);
         if let Some(newest) = progress.and_then(|progress| progress.correction) {
-            let is_placed = newest.frame_session.is_empty();
-            let map_from_robot = newest.map_from_robot.filter(|_| is_placed);
+            if newest.frame_session != frame.map(name_of).unwrap_or_default() {
+                return Ok(Explorer { elsewhere: Some(newest.frame_session), ..explorer });
+            }
+            let map_from_robot = newest.map_from_robot;
             let map_from_robot = map_from_robot.map(|wire| pose::pose("map_from_robot", wire));
             let map_from_robot = map_from_robot.transpose()?;
             return Ok(Explorer { map_from_robot, stamp_ns: newest.stamp_ns, ..explorer });
         }
-        let Some(map_from_session) = session.map_from_session.map(pose::from_record) else {
-            return Ok(explorer);
-        };
+        if session.frame != frame {
+            let elsewhere = Some(session.frame.map(name_of).unwrap_or_default());
+            return Ok(Explorer { elsewhere, ..explorer });
+        }
+        let of_map = session.map_from_session.filter(|_| frame.is_none());
+        let map_from_session = pose::from_record(of_map.unwrap_or(session.frame_from_session));
         if version == 0 {
             return Ok(explorer);
         }
@@ -200,6 +259,11 @@ impl Service {
     }
 }
 
+/// A session as the wire names it.
+fn name_of(SessionId(id): SessionId) -> String {
+    id.to_string()
+}
+
 /// Where those are who are somewhere.
 fn placed(explorers: &[Explorer]) -> impl Iterator<Item = Point2<f64>> {
     explorers.iter().filter_map(|explorer| Some(explorer.map_from_robot?.position()))
@@ -208,7 +272,7 @@ fn placed(explorers: &[Explorer]) -> impl Iterator<Item = Point2<f64>> {
 /// What is worked on beside the async threads.
 struct Question {
     grid: Arc<Grid>,
-    costs: Arc<Costs>,
+    obstacles: Vec<Shape>,
     points: Vec<Point2<f64>>,
     radius_m: f64,
     picture: bool,
@@ -226,7 +290,7 @@ impl Question {
         let raster = self.grid.raster(Some(exploration_rectangle(bounds, self.radius_m)));
         let info = raster.info;
         let closed: Vec<usize> =
-            self.costs.obstacles().flat_map(|shape| shape.touched(info)).collect();
+            self.obstacles.iter().flat_map(|shape| shape.touched(info)).collect();
         let known = Known { info, log_odds: &raster.log_odds, closed: &closed };
         let explored = exploration.explore(&known, &self.points).map_err(Error::internal)?;
         let png = if self.picture { value_picture::png(exploration)? } else { Vec::new() };

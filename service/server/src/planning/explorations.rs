@@ -4,9 +4,9 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use meetpoint_planning::{Exploration, ExplorationParams};
-use meetpoint_storage::MapId;
+use meetpoint_storage::{MapId, SessionId};
 
-/// Explorations that are kept: maps times radii of robots.
+/// Explorations that are kept: frames times radii of robots.
 const N_KEPT: usize = 4;
 /// Larger ones are not kept, in cells: some 40 bytes each, so 160 MB.
 const N_CELLS_KEPT: usize = 4 << 20;
@@ -14,17 +14,22 @@ const N_CELLS_KEPT: usize = 4 << 20;
 /// An exploration that questions share, one after the other.
 pub(super) type KeptExploration = Arc<tokio::sync::Mutex<Exploration>>;
 
-/// A map, and the bits of a radius.
-type Key = (MapId, u64);
+/// A map, the session in whose frame it is or none for the map's, and the bits of a radius.
+type Key = (MapId, Option<SessionId>, u64);
 
 /// The explorations asked for lately, newest last.
 #[derive(Default)]
 pub(crate) struct Explorations(Mutex<VecDeque<(Key, KeptExploration)>>);
 
 impl Explorations {
-    /// The exploration of a map by robots of a radius, in metres.
-    pub(crate) fn of(&self, map: &MapId, radius_m: f64) -> KeptExploration {
-        let key = (map.clone(), radius_m.to_bits());
+    /// The exploration of a map, or of the frame of a session of it, by robots of a radius, in metres.
+    pub(crate) fn of(
+        &self,
+        map: &MapId,
+        frame: Option<SessionId>,
+        radius_m: f64,
+    ) -> KeptExploration {
+        let key = (map.clone(), frame, radius_m.to_bits());
         let mut kept = self.kept();
         let place = kept.iter().position(|(other, _)| *other == key);
         let found = place.and_then(|place| kept.remove(place)).unwrap_or_else(|| {

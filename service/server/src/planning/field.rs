@@ -146,12 +146,7 @@ impl Field {
 
     /// Centre of a cell, in metres.
     pub(crate) fn center(&self, index: usize) -> Point2<f64> {
-        let info = self.info();
-        let width = info.width as usize;
-        let along = |first: i32, n: usize| first + i32::try_from(n).unwrap_or(i32::MAX);
-        let cell =
-            Cell { x: along(info.first.x, index % width), y: along(info.first.y, index / width) };
-        info.frame.center_of(cell)
+        center_of(self.info(), index)
     }
 
     /// Memory, in bytes, about: cells of the field, two bits a cell of obstacles, tables, scratch.
@@ -165,6 +160,15 @@ impl Field {
             [&self.triplets, &self.paper].map(|trips| trips.get().map_or(0, Trips::n_bytes));
         self.ground.n_bytes() + 3 * n_cells + tables + trips.iter().sum::<usize>()
     }
+}
+
+/// Centre of a cell, in metres.
+pub(super) fn center_of(info: GridInfo, index: usize) -> Point2<f64> {
+    let width = info.width as usize;
+    let along = |first: i32, n: usize| first + i32::try_from(n).unwrap_or(i32::MAX);
+    let cell =
+        Cell { x: along(info.first.x, index % width), y: along(info.first.y, index / width) };
+    info.frame.center_of(cell)
 }
 
 /// The free cells without those that drawn obstacles touch; `None` if none are drawn.

@@ -11,7 +11,7 @@ use super::Rest;
 use super::geometry::{Point, Pose};
 use super::integer::{Signed64, Unsigned64};
 use super::maps::MapPath;
-use super::openapi::GridProblems;
+use super::openapi::SessionGridProblems;
 use super::plans::robot;
 use super::problem::Refusal;
 use super::reply::{filled, ok};
@@ -39,8 +39,8 @@ pub(crate) struct ExplorationQuery {
     /// on the map. With neither robots nor positions: every robot that has an open session there.
     #[param(example = "rover-1,rover-2")]
     robots: Option<String>,
-    /// Places that are asked about as if robots were there: `x,y` in metres in the map's frame, with
-    /// semicolons between them. With the robots 32 at most.
+    /// Places that are asked about as if robots were there: `x,y` in metres in the frame that is
+    /// explored, with semicolons between them. With the robots 32 at most.
     #[param(example = "1.5,2;-3,0.25")]
     positions: Option<String>,
     /// Name of a profile, of which only the radius counts; absent for `default`.
@@ -49,6 +49,8 @@ pub(crate) struct ExplorationQuery {
     robot_radius_m: Option<f64>,
     /// Number of a version; absent for the map as it is now, with what was mapped since the last one.
     map_version: Option<u64>,
+    /// A session of unknown start: the frame that it maps in is explored instead of the map's.
+    session: Option<String>,
     /// `json` is the default.
     #[serde(default)]
     #[param(inline)]
@@ -82,6 +84,12 @@ pub(crate) struct Exploration {
     /// metres.
     reached_m2: f64,
     planning_time_us: Signed64,
+    /// The session in whose frame all of this is; absent for the map's frame.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    #[schema(required = false)]
+    frame_session: String,
+    /// Ids of closed arcs that the version does not have: nothing stands in the way there.
+    missing_arcs: Vec<Unsigned64>,
 }
 
 /// What one robot is to do.
@@ -98,33 +106,38 @@ pub(crate) struct RobotExploration {
     /// `OK`: go to the goal. `EXPLORED`: it can reach nothing that is unexplored; one wrong reading may
     /// close a door for a moment, so look around and ask again. `LEFT_TO_OTHERS`: the others will see all that it can reach. `START_OCCUPIED`: it does not fit where it is.
     /// `OUTSIDE_MAP`: it is away from all that was observed. `NOT_PLACED`: nobody knows where in the
-    /// map it is.
+    /// frame that is explored it is.
     #[schema(example = "OK")]
     code: &'static str,
-    /// Where it was taken to be, in the map's frame; absent if `NOT_PLACED`.
+    /// Where it was taken to be, in the frame that is explored; absent if `NOT_PLACED`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     pose: Option<Pose>,
     /// When it was there, by the robot's clock, in nanoseconds; 0 for a position.
     stamp_ns: Signed64,
-    /// Centre of the nearest unexplored cell, in the map's frame; this and what follows only if `OK`.
+    /// Centre of the nearest unexplored cell, in the same frame; this and what follows only if `OK`.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     goal: Option<Point>,
-    /// Where to head for now, in radians in the map's frame; absent at the goal.
+    /// Where to head for now, in radians in that frame; absent at the goal.
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(nullable = false)]
     heading_rad: Option<f64>,
     /// Length of the way, in metres.
     distance_m: f64,
-    /// The way: where it starts, turns and ends, in the map's frame, clear of obstacles by the radius.
+    /// The way: where it starts, turns and ends, in that frame, clear of obstacles by the radius.
     points: Vec<Point>,
+    /// If `NOT_PLACED` because it maps in another frame: the session to ask with; empty for the map's
+    /// frame, which is asked about without one.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    frame_session: Option<String>,
 }
 
 /// Unexplored cells side by side, one step from ground that can be reached.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct Frontier {
-    /// The one in the middle, in the map's frame.
+    /// The one in the middle, in the frame that is explored.
     point: Point,
     /// So many cells' edges, in metres.
     length_m: f64,
@@ -145,6 +158,8 @@ impl From<v1::Exploration> for Exploration {
             observed_m2,
             reached_m2,
             planning_time_us,
+            frame_session,
+            missing_arcs,
         } = wire;
         let frontier = |v1::Frontier { point, length_m }| Frontier {
             point: point.unwrap_or_default().into(),
@@ -163,6 +178,8 @@ impl From<v1::Exploration> for Exploration {
             observed_m2,
             reached_m2,
             planning_time_us: Signed64(planning_time_us),
+            frame_session,
+            missing_arcs: missing_arcs.into_iter().map(Unsigned64).collect(),
         }
     }
 }
@@ -180,6 +197,7 @@ impl From<v1::RobotExploration> for RobotExploration {
             heading_rad,
             distance_m,
             points,
+            frame_session,
         } = wire;
         Self {
             robot,
@@ -191,6 +209,7 @@ impl From<v1::RobotExploration> for RobotExploration {
             heading_rad,
             distance_m,
             points: points.into_iter().map(Point::from).collect(),
+            frame_session,
         }
     }
 }
@@ -241,7 +260,9 @@ fn position(text: &str) -> Result<v1::Point, Error> {
 /// Where robots go to see what nobody has seen, and how much is left.
 ///
 /// A robot explores by asking again while it drives, every second or so: the answer holds for what is
-/// mapped then, after every correction of the map. `NOTHING_OBSERVED` before the first scan is mapped.
+/// mapped then, after every correction of the map. `NOTHING_OBSERVED` before the first scan is mapped. One
+/// whose start is unknown asks with `session` until it is placed, which `SESSION_PLACED` says. Obstacles and
+/// closed arcs of the map's frame bar ways; tolls and zones do not.
 #[utoipa::path(
     get,
     path = "/v1/maps/{map}/exploration",
@@ -250,7 +271,7 @@ fn position(text: &str) -> Result<v1::Point, Error> {
     responses(
         (status = 200, description = "A goal for each, or why there is none.",
             content((Exploration = "application/json"), ("image/png"))),
-        GridProblems,
+        SessionGridProblems,
     )
 )]
 pub(super) async fn get_exploration(
@@ -258,8 +279,15 @@ pub(super) async fn get_exploration(
     Path(path): Path<MapPath>,
     Query(query): Query<ExplorationQuery>,
 ) -> Result<Response, Refusal> {
-    let ExplorationQuery { robots, positions, profile, robot_radius_m, map_version, format } =
-        query;
+    let ExplorationQuery {
+        robots,
+        positions,
+        profile,
+        robot_radius_m,
+        map_version,
+        session,
+        format,
+    } = query;
     let picture = format == ExplorationFormat::Png;
     let request = v1::GetExplorationRequest {
         map: path.map,
@@ -267,6 +295,7 @@ pub(super) async fn get_exploration(
         robot: robot(profile, robot_radius_m)?,
         map_version: map_version.unwrap_or(0),
         picture,
+        session: session.unwrap_or_default(),
     };
     let v1::GetExplorationResponse { exploration, png } =
         rest.service.get_exploration(request).await?;

@@ -52,7 +52,7 @@ pub(super) struct ListProblems;
 pub(super) struct ReadProblems;
 /// What a grid may answer instead.
 pub(super) struct GridProblems;
-/// What a session's grid may answer instead.
+/// What is drawn in a session's frame may answer instead.
 pub(super) struct SessionGridProblems;
 /// What a question in a body may answer instead.
 pub(super) struct PlanProblems;
