@@ -4,6 +4,8 @@
 
 use std::collections::BTreeMap;
 
+use meetpoint_geometry::Pose;
+
 use crate::map_tree::Hypothesis;
 use crate::place_map::{Gateway, PlaceId};
 use crate::travel::Travel;
@@ -15,6 +17,8 @@ pub struct TravelRecord {
     pub length_m: Option<f64>,
     /// By how much the heading changed on the way, radians counter-clockwise.
     pub turned_rad: Option<f64>,
+    /// Where odometry has the robot at this visit, seen from its pose at the one before.
+    pub moved: Option<Pose>,
 }
 
 /// What is known of an edge by one who leaves through one of its gateways.
@@ -66,7 +70,7 @@ impl EdgeRecords {
         for (step, turn) in travel.turns().enumerate() {
             let left = map.turned(at, turn);
             at = map.leads_to(left)?;
-            let TravelRecord { length_m, turned_rad } =
+            let TravelRecord { length_m, turned_rad, moved: _ } =
                 records.get(step).copied().unwrap_or_default();
             let back = turned_rad.map(|turned_rad| -turned_rad);
             for (gateway, turned_rad) in [(left, turned_rad), (at, back)] {

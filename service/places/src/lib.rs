@@ -2,6 +2,7 @@
 //! go to find out.
 
 mod assumptions;
+mod consistent_frame;
 mod difference;
 mod drawing;
 mod edge_records;
@@ -20,6 +21,7 @@ mod travel;
 mod world;
 
 pub use assumptions::Assumptions;
+pub use consistent_frame::{ConsistentFrame, FrameParams, consistent_frame};
 pub use difference::{Difference, Sighting, first_difference, sightings};
 pub use drawing::InvalidDrawing;
 pub use edge_records::{EdgeRecord, EdgeRecords, TravelRecord};

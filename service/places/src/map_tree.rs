@@ -193,6 +193,13 @@ impl MapTree {
         Ok(())
     }
 
+    /// Leaves those out against which something else speaks than what was seen; says how many.
+    pub fn leave_out(&mut self, speaks_against: impl Fn(&Hypothesis) -> bool) -> usize {
+        let n_before = self.leaves.len();
+        self.leaves.retain(|leaf| !speaks_against(leaf));
+        n_before - self.leaves.len()
+    }
+
     /// What was seen last.
     fn here(&self) -> &Observation {
         self.travel.steps.last().map_or(&self.travel.first, |step| &step.seen)

@@ -5,6 +5,7 @@ mod definition;
 mod driven;
 mod enumeration;
 mod figures;
+mod frames;
 mod local;
 mod measured;
 mod nested_loops;

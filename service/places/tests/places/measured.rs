@@ -24,7 +24,7 @@ fn driven() -> (Travel, Hypothesis) {
 }
 
 fn record(length_m: f64, turned_rad: f64) -> TravelRecord {
-    TravelRecord { length_m: Some(length_m), turned_rad: Some(turned_rad) }
+    TravelRecord { length_m: Some(length_m), turned_rad: Some(turned_rad), moved: None }
 }
 
 /// X, A, B, C, D are 0 to 4, in the order of first visits.

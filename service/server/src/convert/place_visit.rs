@@ -42,6 +42,8 @@ pub(crate) fn visit(wire: &v1::PlaceVisit) -> Result<Visit, Rejected> {
     let record = TravelRecord {
         length_m: measured("length_m", *length_m, 0.0..=LENGTH_MAX_M)?,
         turned_rad: measured("turned_rad", *turned_rad, -TURNED_MAX_RAD..=TURNED_MAX_RAD)?,
+        // Robots do not tell it yet.
+        moved: None,
     };
     Ok(Visit { number: *number, turn, seen: Observation { star, view }, record })
 }
@@ -84,7 +86,7 @@ mod tests {
         let read = visit(&told).expect("nothing is wrong with it");
         assert_eq!((read.number, read.turn), (1, 2), "which, and how it came there");
         assert_eq!(read.seen.to_string(), "ab>a@home!", "what it saw");
-        let expected = TravelRecord { length_m: Some(3.5), turned_rad: None };
+        let expected = TravelRecord { length_m: Some(3.5), turned_rad: None, moved: None };
         assert_eq!(read.record, expected, "what it measured");
         assert_eq!(visit(&wire("aa")).expect("good").seen.view, None, "nobody compared it");
     }
