@@ -55,23 +55,28 @@ pub struct LocalizationParams {
     /// So are poses that are less probable than this many times the mean of all: the pool tells as
     /// much of them.
     pub mean_share: f64,
+    /// Chance that between two steps somebody carried the robot to anywhere, in [0, 1]: so much of what is
+    /// believed goes into the pool with each.
+    pub carried_away: f64,
     /// Threads that may be used; results do not depend on it.
     pub n_threads: NonZero<usize>,
 }
 
 impl LocalizationParams {
     /// A button pressed upon landmarks, on the paper's grid. A map has one landmark in some hundred
-    /// square metres and knows most of them, so that a new one is met about as often as one in a
-    /// thousand square metres that are looked at; a robot may have started a corridor away from all.
+    /// square metres and knows nine in ten of them, so that a sighting that it does not explain is met
+    /// in a thousand square metres; a robot may have started a corridor away from all. Somebody carries it
+    /// elsewhere about once in a hundred steps.
     pub const BUTTON: Self = Self {
         resolution_m: 1.0,
         n_headings: 72,
         margin_m: 15.0,
         motion: MotionParams::CARPET,
         calibration: Calibration::NONE,
-        perception: PerceptionParams { false_per_m2: 0.01, ..PerceptionParams::BUTTON },
+        perception: PerceptionParams { false_per_m2: 0.001, ..PerceptionParams::BUTTON },
         selection_share: 1e-3,
         mean_share: 1.0,
+        carried_away: 0.01,
         n_threads: NonZero::<usize>::MIN,
     };
 
@@ -253,7 +258,8 @@ impl Localization {
             combine: Combine::Sum,
             n_threads: *n_threads,
         };
-        let carried = Belief::new(carry.all(alpha, Direction::Forward));
+        let mut carried = Belief::new(carry.all(alpha, Direction::Forward));
+        carried.scale(single(1.0 - self.params.carried_away.clamp(0.0, 1.0)));
         self.pool = (1.0 - carried.sum()).clamp(0.0, 1.0);
         carried
     }

@@ -47,8 +47,9 @@ proptest! {
                     let ways = world.cells.iter().map(|&from| world.motion(index - 1, from, world.cells[to]));
                     ways.zip(&alpha).map(|(way, weight)| way * weight).sum()
                 };
-                alpha = (0..n).map(reached).collect();
-                // Who leaves the grid may be anywhere.
+                let stays = 1.0 - nothing_pooled.carried_away;
+                alpha = (0..n).map(|to| stays * reached(to)).collect();
+                // Who leaves the grid, or is carried away, may be anywhere.
                 pool = 1.0 - alpha.iter().sum::<f64>();
             }
             if 0.0 < travel.detector.range_max_m || !step.sightings.is_empty() {
