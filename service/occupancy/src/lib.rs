@@ -27,7 +27,8 @@ pub use map_tile::{MAP_TILE_LEVEL_MAX, MAP_TILE_PIXELS, map_tile};
 pub use raster::Raster;
 pub use scan_marks::ScanMarks;
 pub use sonar::{
-    Accuracy, Examination, Example, HeldOut, Interpretation, InvalidNetwork, InverseCone, Network,
-    SonarModel, SonarRing, SonarScan, SonarView, Tenth, TrainingParams, cross_entropy, trained,
+    Accuracy, Examination, Example, HeardPlace, HeardView, HeldOut, Interpretation, InvalidNetwork,
+    InverseCone, Network, SonarModel, SonarRing, SonarScan, SonarView, Tenth, TrainingParams,
+    WayExamination, WayTrainingParams, cross_entropy, trained, trained_on_ways,
 };
 pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};

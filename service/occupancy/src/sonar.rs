@@ -8,6 +8,8 @@ mod inverse_cone;
 mod network;
 mod ring;
 mod training;
+mod way_examination;
+mod way_training;
 
 pub use examination::{Accuracy, Examination, HeldOut, Tenth};
 pub use interpretation::{Interpretation, SonarModel};
@@ -15,3 +17,5 @@ pub use inverse_cone::InverseCone;
 pub use network::{InvalidNetwork, Network};
 pub use ring::{SonarRing, SonarScan, SonarView};
 pub use training::{Example, TrainingParams, cross_entropy, trained};
+pub use way_examination::WayExamination;
+pub use way_training::{HeardPlace, HeardView, WayTrainingParams, trained_on_ways};

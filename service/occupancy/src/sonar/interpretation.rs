@@ -30,6 +30,15 @@ impl SonarModel {
     /// For rings of 16 or 24 in buildings: as far as a cone is a metre wide.
     pub const INDOOR: Self =
         Self { distance_min_m: 0.3, distance_max_m: 3.5, evidence_min: 1.5, evidence_max: 2.0 };
+
+    /// For weights that were trained on ways, whose weak answers count.
+    pub const BY_WAYS: Self = Self { evidence_min: 0.3, evidence_max: 3.0, ..Self::INDOOR };
+
+    /// What of the evidence of one firing reaches the map.
+    pub fn heeded(&self, evidence: f32) -> f32 {
+        let is_said = self.evidence_min <= evidence.abs();
+        if is_said { bounded(evidence, self.evidence_max) } else { 0.0 }
+    }
 }
 
 /// Evidence by bearing and distance from the robot.
@@ -87,8 +96,7 @@ impl Interpretation {
             let Some(mut ray) = ray(bearing_rad.sin_cos()) else { continue };
             for (step, evidence) in along.iter_mut().enumerate() {
                 let said = ray(low_m + (step as f64 + 0.5) * STEP_M);
-                let is_said = model.evidence_min <= said.abs();
-                *evidence = if is_said { bounded(said, model.evidence_max) } else { 0.0 };
+                *evidence = model.heeded(said);
             }
         }
         Self { model: *model, evidence, n_distances }

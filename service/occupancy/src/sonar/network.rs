@@ -91,6 +91,16 @@ impl Network {
             .expect("the crate's own weights are valid")
     }
 
+    /// Weights trained on ways besides, which draw a better map from true poses: `meetpoint train --way-places
+    /// 80000` makes them. They are heeded by `SonarModel::BY_WAYS`.
+    ///
+    /// # Panics
+    /// Never: its weights are part of the crate and tested.
+    pub fn by_ways() -> Self {
+        Self::from_text(include_str!("../../weights/sonar_ways.txt"))
+            .expect("the crate's own weights are valid")
+    }
+
     /// Log-odds of a place's being occupied, given what is heard of it and the share of occupied places
     /// where the network was trained.
     pub fn log_odds(&self, view: &SonarView) -> f32 {
@@ -218,6 +228,11 @@ mod tests {
         network.prior_log_odds = -1.2;
         assert_eq!(network.weights().count(), Network::N_WEIGHTS, "all of them");
         assert_eq!(Network::from_text(&network.to_text()), Ok(network), "there and back");
+    }
+
+    #[test]
+    fn the_weights_of_the_crate_are_valid() {
+        assert_ne!(Network::shipped(), Network::by_ways(), "trained differently");
     }
 
     #[test]

@@ -49,33 +49,53 @@ const EPSILON: f32 = 1e-8;
 /// The last step as a share of the first.
 const RATE_LAST: f32 = 0.01;
 
+/// Steps down the gradient, each weight's by what its gradients were so far.
+pub(super) struct Adam {
+    mean: Vec<f32>,
+    square: Vec<f32>,
+    kept: (f32, f32),
+    rate: f32,
+    n_done: usize,
+    n_steps: usize,
+}
+
+impl Adam {
+    /// For so many steps in all.
+    pub(super) fn new(params: &TrainingParams, n_steps: usize) -> Self {
+        let mean = vec![0.0_f32; Network::N_WEIGHTS];
+        Self { square: mean.clone(), mean, kept: (1.0, 1.0), rate: params.rate, n_done: 0, n_steps }
+    }
+
+    /// Moves the weights of a network against a gradient in the shape of a network.
+    pub(super) fn step(&mut self, network: &mut Network, gradient: &Network) {
+        self.kept = (self.kept.0 * KEPT.0, self.kept.1 * KEPT.1);
+        let done = self.n_done as f32 / self.n_steps.max(1) as f32;
+        let rate = self.rate * RATE_LAST.powf(done);
+        let moments = self.mean.iter_mut().zip(&mut self.square);
+        let all = network.weights_mut().zip(gradient.weights()).zip(moments);
+        for ((weight, slope), (mean, square)) in all {
+            *mean = KEPT.0 * *mean + (1.0 - KEPT.0) * slope;
+            *square = KEPT.1 * *square + (1.0 - KEPT.1) * slope * slope;
+            let (mean, square) = (*mean / (1.0 - self.kept.0), *square / (1.0 - self.kept.1));
+            *weight -= rate * mean / (square.sqrt() + EPSILON);
+        }
+        self.n_done += 1;
+    }
+}
+
 /// A network trained on these examples from random weights.
 pub fn trained(examples: &[Example], params: &TrainingParams, rng: &mut impl Rng) -> Network {
     let mut network = random(rng);
     network.prior_log_odds = prior_log_odds(examples);
     network.output_bias = network.prior_log_odds;
     let mut order: Vec<usize> = (0..examples.len()).collect();
-    let mut mean = vec![0.0_f32; Network::N_WEIGHTS];
-    let mut square = mean.clone();
     let n_lots = examples.len().div_ceil(params.n_lot.max(1)) * params.n_epochs as usize;
-    let mut kept = (1.0_f32, 1.0_f32);
-    let mut n_done = 0_usize;
+    let mut adam = Adam::new(params, n_lots);
     for _ in 0..params.n_epochs {
         order.shuffle(rng);
         for lot in order.chunks(params.n_lot.max(1)) {
             let gradient = gradient(&network, lot.iter().map(|&index| &examples[index]));
-            kept = (kept.0 * KEPT.0, kept.1 * KEPT.1);
-            let done = n_done as f32 / n_lots.max(1) as f32;
-            let rate = params.rate * RATE_LAST.powf(done);
-            let moments = mean.iter_mut().zip(&mut square);
-            let all = network.weights_mut().zip(gradient.weights()).zip(moments);
-            for ((weight, slope), (mean, square)) in all {
-                *mean = KEPT.0 * *mean + (1.0 - KEPT.0) * slope;
-                *square = KEPT.1 * *square + (1.0 - KEPT.1) * slope * slope;
-                let (mean, square) = (*mean / (1.0 - kept.0), *square / (1.0 - kept.1));
-                *weight -= rate * mean / (square.sqrt() + EPSILON);
-            }
-            n_done += 1;
+            adam.step(&mut network, &gradient);
         }
     }
     network
@@ -131,7 +151,12 @@ fn gradient<'a>(
 }
 
 /// Back-propagates the derivative by the log-odds, `slope`, to all weights.
-fn add_slopes(network: &Network, activation: &Activation, slope: f32, sum: &mut Network) {
+pub(super) fn add_slopes(
+    network: &Network,
+    activation: &Activation,
+    slope: f32,
+    sum: &mut Network,
+) {
     let Activation { inputs, first, second, log_odds: _ } = activation;
     sum.output_bias += slope;
     let mut by_second = [0.0_f32; N_SECOND];
