@@ -3,6 +3,10 @@
 
 mod ground;
 mod places;
+mod tour;
+mod ways;
 
 pub(crate) use ground::Ground;
 pub(crate) use places::{Share, declared, places, simulated};
+pub(crate) use tour::tour;
+pub(crate) use ways::{firings, heard_places, simulated_ways};

@@ -6,19 +6,22 @@ use std::path::PathBuf;
 
 use anyhow::Context;
 use meetpoint_occupancy::{
-    Accuracy, Examination, Example, HeldOut, Network, TrainingParams, trained,
+    Accuracy, Examination, Example, HeardPlace, HeldOut, Network, SonarModel, TrainingParams,
+    WayExamination, WayTrainingParams, trained, trained_on_ways,
 };
 use meetpoint_sim::{Building, ChaCha8Rng};
 use rand::SeedableRng;
 
 use super::asked::{ServerArgs, save};
 use crate::sonar_weights::{SonarWeights, SonarWeightsFile};
-use crate::training::{Ground, Share, places, simulated};
+use crate::training::{Ground, Share, heard_places, places, simulated, simulated_ways};
 
 /// Held-out places come from a seed that no training data comes from.
 pub(super) const HELD_OUT_SEED: u64 = 1_000_000;
 /// Places to judge by where nothing else is asked for.
 pub(super) const N_HELD_OUT: usize = 100_000;
+/// Places to judge the sum of readings by.
+pub(super) const N_WAYS_HELD_OUT: usize = 20_000;
 /// The first weights and the order of examples are the same whatever the data: those by which the weights
 /// that ship were made.
 const WEIGHTS_SEED: u64 = 7;
@@ -59,6 +62,10 @@ pub struct TrainArgs {
     /// Times that every place is shown
     #[arg(long, default_value_t = TrainingParams::STANDARD.n_epochs, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     epochs: u32,
+    /// Places to learn from besides by all that is heard of them on a way; such weights want the parameters
+    /// `sonar_evidence_min` 0.3 and `sonar_evidence_max` 3 of a map
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=2_000_000))]
+    way_places: u64,
     /// Where to write the weights, for the setting `mapping.sonar_weights` of `meetpoint serve`
     #[arg(long, short, value_name = "FILE", default_value = "sonar-weights.json")]
     output: PathBuf,
@@ -70,6 +77,8 @@ pub struct TrainArgs {
 struct Lessons {
     shown: Vec<Example>,
     held_out: Vec<HeldOut>,
+    /// All that is heard of places on a way, to learn from and to judge by.
+    ways: [Vec<HeardPlace>; 2],
     told: String,
 }
 
@@ -81,12 +90,16 @@ pub async fn run(args: TrainArgs) -> anyhow::Result<()> {
     let building = building(&args).await?;
     let (seed, n_epochs) = (args.seed, args.epochs);
     let n_places = (usize::try_from(args.places)?, usize::try_from(args.held_out)?);
+    let n_ways = usize::try_from(args.way_places)?;
+    let n_ways = (n_ways, if n_ways == 0 { 0 } else { N_WAYS_HELD_OUT });
     let taught = tokio::task::spawn_blocking(move || {
-        let lessons = lessons(building, n_places, seed)?;
+        let lessons = lessons(building, n_places, n_ways, seed)?;
         eprintln!("training on {} places of {}", lessons.shown.len(), lessons.told);
         let params = TrainingParams { n_epochs, ..TrainingParams::STANDARD };
         let mut rng = ChaCha8Rng::seed_from_u64(WEIGHTS_SEED);
         let network = trained(&lessons.shown, &params, &mut rng);
+        let [shown, _] = &lessons.ways;
+        let network = trained_on_ways(&network, shown, &WayTrainingParams::STANDARD, &mut rng);
         let shipped = Examination::new(&Network::shipped(), &lessons.held_out);
         let examination = Examination::new(&network, &lessons.held_out);
         Ok::<_, anyhow::Error>((network, examination, shipped, lessons))
@@ -102,6 +115,12 @@ pub async fn run(args: TrainArgs) -> anyhow::Result<()> {
     } else {
         let networks = [("network that ships", &shipped), ("network trained now", &examination)];
         report(&examination, &networks);
+        let [_, held_out] = &lessons.ways;
+        if !held_out.is_empty() {
+            let trained = ("network trained now", &*weights.network, SonarModel::BY_WAYS);
+            let shipped = Network::shipped();
+            report_ways(held_out, &[("network that ships", &shipped, SonarModel::INDOOR), trained]);
+        }
         println!("weights {} are written to {}", weights.name, args.output.display());
     }
     Ok(())
@@ -126,21 +145,29 @@ async fn building(args: &TrainArgs) -> anyhow::Result<Option<(Ground, String)>> 
 fn lessons(
     building: Option<(Ground, String)>,
     (n_shown, n_held_out): (usize, usize),
+    (n_ways, n_ways_held_out): (usize, usize),
     seed: u64,
 ) -> anyhow::Result<Lessons> {
     let held_out_seed = seed.wrapping_add(HELD_OUT_SEED);
-    let (shown, held_out, told) = match building {
+    let (shown, held_out, ways, told) = match building {
         None => {
             let told = format!("simulated floors of rooms, seed {seed}; held out are other floors");
-            (simulated(n_shown, seed)?, simulated(n_held_out, held_out_seed)?, told)
+            let ways =
+                [simulated_ways(n_ways, seed)?, simulated_ways(n_ways_held_out, held_out_seed)?];
+            (simulated(n_shown, seed)?, simulated(n_held_out, held_out_seed)?, ways, told)
         }
         Some((ground, told)) => {
             let told = format!("{told}, seed {seed}; held out is one of five squares of 4 m");
             let held_out = places(&ground, n_held_out, Share::HeldOut, held_out_seed)?;
-            (places(&ground, n_shown, Share::Shown, seed)?, held_out, told)
+            let ways = [
+                heard_places(&ground, n_ways, Share::Shown, seed)?,
+                heard_places(&ground, n_ways_held_out, Share::HeldOut, held_out_seed)?,
+            ];
+            (places(&ground, n_shown, Share::Shown, seed)?, held_out, ways, told)
         }
     };
-    Ok(Lessons { shown: shown.iter().map(|place| place.example).collect(), held_out, told })
+    let shown = shown.iter().map(|place| place.example).collect();
+    Ok(Lessons { shown, held_out, ways, told })
 }
 
 /// Prints what held-out places say of networks, and how well the answers of one are calibrated.
@@ -162,6 +189,29 @@ pub(super) fn report(examination: &Examination, networks: &[(&str, &Examination)
         let (low, high) = (f64::from(index) / 10.0, f64::from(index + 1) / 10.0);
         let share = tenth.n_occupied as f64 / tenth.n_places.max(1) as f64;
         println!("| {low:.1} to {high:.1} | {} | {share:.3} |", tenth.n_places);
+    }
+    println!();
+}
+
+/// Prints what became of held-out places by the sum of what networks say of them on a way.
+pub(super) fn report_ways(places: &[HeardPlace], networks: &[(&str, &Network, SonarModel)]) {
+    println!(
+        "| sum over a way | places in sight | decided | right | of walls | out of sight | decided |"
+    );
+    println!("|{}", "---|".repeat(7));
+    for (name, network, model) in networks {
+        let params = WayTrainingParams { model: *model, ..WayTrainingParams::STANDARD };
+        let found = WayExamination::new(network, places, &params);
+        let percent = |n: usize, of: usize| 100.0 * n as f64 / of.max(1) as f64;
+        println!(
+            "| {name} | {} | {:.1} % | {:.2} % | {:.1} % | {} | {:.1} % |",
+            found.n_seen,
+            percent(found.n_decided, found.n_seen),
+            percent(found.n_right, found.n_decided),
+            percent(found.n_walls_right, found.n_walls),
+            found.n_hidden,
+            percent(found.n_hidden_decided, found.n_hidden),
+        );
     }
     println!();
 }

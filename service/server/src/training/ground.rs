@@ -84,6 +84,11 @@ impl Ground {
         &self.building
     }
 
+    /// Poses that robots took, in order of time; none where they are anywhere.
+    pub(crate) fn poses(&self) -> &[Pose] {
+        &self.poses
+    }
+
     /// Whether a cell is wall; `None` where nobody knows.
     pub(crate) fn is_wall(&self, cell: Cell) -> Option<bool> {
         let is_known = self.known.as_ref().is_none_or(|known| {

@@ -20,9 +20,9 @@ const N_FIRINGS_PER_FLOOR: usize = 200;
 const N_FIRINGS_PER_NEEDED: usize = 200;
 /// Places are taken from so far to so far, in metres: the robot stands nearer, and cones are wider than doors
 /// farther.
-const DISTANCE_M: std::ops::Range<f64> = 0.3..3.5;
+pub(super) const DISTANCE_M: std::ops::Range<f64> = 0.3..3.5;
 /// Simulated floors, in metres.
-const FLOOR_M: (f64, f64) = (24.0, 16.0);
+pub(super) const FLOOR_M: (f64, f64) = (24.0, 16.0);
 /// Edge of the squares that are held out or not, in metres: about a room.
 const SQUARE_M: f64 = 4.0;
 /// Of so many squares one is held out.
@@ -38,7 +38,7 @@ pub(crate) enum Share {
 }
 
 impl Share {
-    fn has(self, at: Point2<f64>) -> bool {
+    pub(super) fn has(self, at: Point2<f64>) -> bool {
         #[expect(clippy::cast_possible_truncation, reason = "saturating")]
         let [column, row] = [at.x, at.y].map(|at_m| (at_m / SQUARE_M).floor() as i64);
         // Knight's moves: no two held out squares touch.

@@ -9,7 +9,6 @@ mod laser_loop;
 mod network;
 mod plain_grid;
 mod sonar_building;
-mod tour;
 mod value_iteration;
 
 use std::path::PathBuf;

@@ -12,15 +12,12 @@ use meetpoint_sim::{Building, ChaCha8Rng, RoomParams, random_rooms};
 use rand::SeedableRng;
 
 use super::cells::{Decided, faces_found};
-use super::tour::tour;
-use crate::training::declared;
+use crate::training::{declared, firings, tour};
 
 /// Size of the building, in metres.
 const FLOOR_M: (f64, f64) = (105.0, 63.0);
 /// Edge of a cell of building and map, in metres.
 const CELL_M: f64 = 0.1;
-/// A firing every so far along the way, in metres: what robots that map draw.
-const FIRING_M: f64 = 0.2;
 /// The paper's robots moved constantly, and frequently at 0.8 to 0.9 metres a second.
 const SPEED_M_PER_S: f64 = 0.8;
 /// Weaker evidence is left out, in log-odds: a place with this is nearly as likely wall as not.
@@ -33,23 +30,33 @@ const BLUR_M: f64 = 0.2;
 enum Reader {
     Network,
     SureNetwork,
+    NetworkByWays,
     InverseCone,
 }
 
+/// The weights of the crate.
+struct Networks {
+    shipped: Network,
+    by_ways: Network,
+}
+
 impl Reader {
-    const ALL: [Self; 3] = [Self::Network, Self::SureNetwork, Self::InverseCone];
+    const ALL: [Self; 4] =
+        [Self::Network, Self::SureNetwork, Self::NetworkByWays, Self::InverseCone];
 
     fn name(self) -> &'static str {
         match self {
             Self::Network => "network",
             Self::SureNetwork => "network, where it is sure",
+            Self::NetworkByWays => "network trained on ways",
             Self::InverseCone => "inverse cone",
         }
     }
 
-    /// What a firing says: as the service maps; by what is nearly decided alone; and by the baseline, as strong as
-    /// it gets: its weak answers are kept, of which it has many.
-    fn read(self, ring: &SonarRing, ranges_m: &[f32], network: &Network) -> Interpretation {
+    /// What a firing says: as the service maps; by what is nearly decided alone; by weights that were trained on
+    /// ways; and by the baseline, as strong as it gets: its weak answers are kept, of which it has many.
+    fn read(self, ring: &SonarRing, ranges_m: &[f32], networks: &Networks) -> Interpretation {
+        let Networks { shipped: network, by_ways } = networks;
         let scan = ring.scan(ranges_m);
         match self {
             Self::Network => Interpretation::new(&scan, network, &SonarModel::INDOOR),
@@ -57,6 +64,7 @@ impl Reader {
                 let model = SonarModel { evidence_min: SURE, ..SonarModel::INDOOR };
                 Interpretation::new(&scan, network, &model)
             }
+            Self::NetworkByWays => Interpretation::new(&scan, by_ways, &SonarModel::BY_WAYS),
             Self::InverseCone => {
                 let model = SonarModel { evidence_min: 0.0, ..SonarModel::INDOOR };
                 Interpretation::by_cones((ring, &scan), &InverseCone::CLASSIC, &model)
@@ -73,7 +81,8 @@ pub(super) fn print(n_buildings: u64, pictures: Option<&Path>) -> anyhow::Result
     );
     println!("|{}", "---|".repeat(10));
     let sonars = meetpoint_sim::SonarRing::RING_24;
-    let (ring, network) = (declared(&sonars), Network::shipped());
+    let ring = declared(&sonars);
+    let networks = Networks { shipped: Network::shipped(), by_ways: Network::by_ways() };
     for seed in 1..=n_buildings {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         let params = RoomParams { cell_m: CELL_M, ..RoomParams::OFFICES };
@@ -84,7 +93,7 @@ pub(super) fn print(n_buildings: u64, pictures: Option<&Path>) -> anyhow::Result
         for reader in Reader::ALL {
             let mut grid = Grid::new(building.info().frame);
             for (pose, ranges_m) in &heard {
-                let interpretation = reader.read(&ring, ranges_m, &network);
+                let interpretation = reader.read(&ring, ranges_m, &networks);
                 grid.insert_sonar(*pose, &interpretation, &BeamModel::INDOOR);
             }
             row(&(seed, way_m), reader.name(), &grid, &building);
@@ -113,18 +122,4 @@ fn row((seed, way_m): &(u64, f64), name: &str, grid: &Grid, building: &Building)
         percent(all.n_found_free, all.n_free),
         100.0 * faces_found(grid, building, BLUR_M),
     );
-}
-
-/// Poses [`FIRING_M`] apart along a way, and its length, in metres.
-fn firings(way: &[Pose]) -> (Vec<Pose>, f64) {
-    let mut poses = Vec::new();
-    let (mut way_m, mut fired_m) = (0.0, f64::NEG_INFINITY);
-    for (index, &pose) in way.iter().enumerate() {
-        way_m += if index == 0 { 0.0 } else { way[index - 1].step_to(pose).distance_m() };
-        if fired_m + FIRING_M <= way_m {
-            fired_m = way_m;
-            poses.push(pose);
-        }
-    }
-    (poses, way_m)
 }

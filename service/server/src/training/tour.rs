@@ -19,7 +19,7 @@ const N_STEPS_PER_LOOK: usize = 3;
 const N_STEPS_AHEAD: usize = 4;
 
 /// Poses along the tour, a cell apart, until everything that can be seen was.
-pub(super) fn tour(building: &Building) -> anyhow::Result<Vec<Pose>> {
+pub(crate) fn tour(building: &Building) -> anyhow::Result<Vec<Pose>> {
     let info = building.info();
     let edge_m = info.frame.resolution_m();
     #[expect(clippy::cast_possible_truncation, reason = "a length of some centimetres")]
