@@ -2,7 +2,7 @@
 
 use std::{env, fs, path::PathBuf};
 
-const FILES: [&str; 18] = [
+const FILES: [&str; 19] = [
     "meetpoint/v1/geometry.proto",
     "meetpoint/v1/sensor.proto",
     "meetpoint/v1/batch.proto",
@@ -20,6 +20,7 @@ const FILES: [&str; 18] = [
     "meetpoint/v1/closure.proto",
     "meetpoint/v1/merge.proto",
     "meetpoint/v1/place.proto",
+    "meetpoint/v1/qualitative.proto",
     "meetpoint/v1/job.proto",
 ];
 

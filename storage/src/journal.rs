@@ -25,6 +25,7 @@ pub(crate) enum Kind {
     MergeDecided = 12,
     HypothesisDecided = 13,
     MappingParametersDecided = 14,
+    ExplorationDecided = 15,
 }
 
 /// A batch as it was received.
@@ -332,6 +333,9 @@ fn entry(row: Row) -> Result<JournalEntry, Error> {
         Kind::MergeDecided => JournalEvent::MergeDecided { payload: payload(row, "a merge")? },
         Kind::HypothesisDecided => {
             JournalEvent::HypothesisDecided { payload: payload(row, "a hypothesis")? }
+        }
+        Kind::ExplorationDecided => {
+            JournalEvent::ExplorationDecided { payload: payload(row, "an exploration")? }
         }
     };
     Ok(JournalEntry { seq, receive_time_ns, event })

@@ -92,6 +92,11 @@ pub enum JournalEvent {
         /// What was decided, opaque.
         payload: Vec<u8>,
     },
+    /// A person decided how a robot explores that is told step by step, or what it found.
+    ExplorationDecided {
+        /// What was decided, opaque.
+        payload: Vec<u8>,
+    },
     /// A person said which topological map is true, or took that back.
     HypothesisDecided {
         /// What was decided, opaque.

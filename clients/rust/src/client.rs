@@ -8,17 +8,18 @@ mod merges;
 mod parameters;
 mod places;
 mod plans;
+mod qualitative;
 
 use std::time::Duration;
 
 use meetpoint_proto::v1::{
-    CloseSessionRequest, CreateMapRequest, GetGraphRequest, GetGridRequest, GetMapRequest,
-    GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest, Graph, GraphPruning, Grid,
-    ImportHead, ImportMapRequest, ImportMapResponse, IngestRequest, IngestResponse,
-    ListSessionsRequest, Map, MapVersion, OpenSessionRequest, OpenSessionResponse, Session,
-    Trajectory, graph_service_client::GraphServiceClient, grid_service_client::GridServiceClient,
-    import_map_request::Kind as Part, map_service_client::MapServiceClient,
-    session_service_client::SessionServiceClient,
+    Ack, Batch, CloseSessionRequest, CreateMapRequest, GetGraphRequest, GetGridRequest,
+    GetMapRequest, GetMapVersionRequest, GetSessionRequest, GetTrajectoryRequest, Graph,
+    GraphPruning, Grid, ImportHead, ImportMapRequest, ImportMapResponse, IngestBatchRequest,
+    IngestRequest, IngestResponse, ListSessionsRequest, Map, MapVersion, OpenSessionRequest,
+    OpenSessionResponse, Session, Trajectory, graph_service_client::GraphServiceClient,
+    grid_service_client::GridServiceClient, import_map_request::Kind as Part, ingest_batch_request,
+    map_service_client::MapServiceClient, session_service_client::SessionServiceClient,
 };
 use tokio_stream::wrappers::ReceiverStream;
 use tonic::{
@@ -193,6 +194,23 @@ impl Client {
         let request = GetSessionRequest { session: id.to_owned() };
         let response = self.sessions().get_session(call(request)).await?;
         response.into_inner().session.ok_or(Error::Malformed("session"))
+    }
+
+    /// Sends one batch and waits until it is durable: for a robot that asks for something after each. A stream is
+    /// faster for all others: [`crate::deliver`].
+    ///
+    /// # Errors
+    ///
+    /// `SESSION_NOT_FOUND`, `SESSION_FENCED`, `SESSION_CLOSED`, `SEQUENCE_GAP` or `BATCH_CONTENT_MISMATCH`.
+    pub async fn ingest_batch(&self, session: &Session, batch: Batch) -> Result<Ack, Error> {
+        let (id, epoch) = (session.id.clone(), session.epoch);
+        let request = IngestBatchRequest {
+            session: id,
+            epoch,
+            kind: Some(ingest_batch_request::Kind::Batch(batch)),
+        };
+        let response = self.sessions().ingest_batch(call(request)).await?;
+        response.into_inner().ack.ok_or(Error::Malformed("ack"))
     }
 
     /// Says that nothing more will come. Closing a closed session is fine.

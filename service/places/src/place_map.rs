@@ -203,6 +203,25 @@ impl PlaceMap {
         found
     }
 
+    /// A map of places that look so from their gateways 0, and of edges between gateways. `None` if an edge has
+    /// an end that no place has, or that another edge has.
+    pub fn joined(places: &[Observation], edges: &[[Gateway; 2]]) -> Option<Self> {
+        let mut map = Self::default();
+        for seen in places {
+            map.add_place(seen);
+        }
+        for &[a, b] in edges {
+            let is_free = |end: Gateway| {
+                map.gateways().any(|known| known == end) && map.leads_to(end).is_none()
+            };
+            if a == b || !is_free(a) || !is_free(b) {
+                return None;
+            }
+            map.link(a, b);
+        }
+        Some(map)
+    }
+
     /// Adds a place that looks as seen; its gateway 0 is the one it is seen from.
     ///
     /// # Panics

@@ -27,6 +27,7 @@ mod likelihood_curve;
 mod map_hypotheses;
 mod place_picture;
 mod plan_picture;
+mod session_places;
 mod watched_job;
 
 pub use asked::ServerArgs;

@@ -1,9 +1,11 @@
-//! What can go wrong, in the domain's words, and the one table of status codes.
+//! What can go wrong, in the domain's words.
 
+mod code;
 mod conversions;
 
-use axum::http::StatusCode;
 use std::time::Duration;
+
+pub use code::{Code, status};
 
 /// Why an operation was refused or failed.
 #[derive(Debug, thiserror::Error)]
@@ -131,6 +133,15 @@ pub enum Error {
     /// Nobody has said that it is true.
     #[error("nobody has asserted hypothesis `{0}`")]
     HypothesisNotAsserted(String),
+    /// The session has nothing that sees all around.
+    #[error("session `{0}` declares no ring of sonars and no laser that looks all around")]
+    NotAllAround(String),
+    /// The session has not fired yet, or told of no odometry before.
+    #[error("session `{0}` has not fired yet with odometry: nothing can be told from nothing")]
+    NothingFired(String),
+    /// The exploration has found no place of that number.
+    #[error("no place {0} has been found")]
+    NoSuchPlace(u32),
     /// No job has that id.
     #[error("no job `{0}`")]
     NoSuchJob(String),
@@ -272,51 +283,6 @@ pub enum Error {
     Internal(#[source] Box<dyn std::error::Error + Send + Sync>),
 }
 
-/// What a caller can do about an error.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Code {
-    /// Mend the request.
-    Invalid,
-    /// Ask for something that is there.
-    NotFound,
-    /// Take another name.
-    AlreadyExists,
-    /// Another request won.
-    Conflict,
-    /// Send what is missing first.
-    SequenceGap,
-    /// Not in this state.
-    WrongState,
-    /// Send less.
-    TooLarge,
-    /// Try again later; an operator has to make room.
-    Full,
-    /// Try again soon.
-    Busy,
-    /// The operator has to look.
-    Damaged,
-    /// Not the caller's fault.
-    Internal,
-}
-
-/// The only table of status codes.
-#[must_use]
-pub fn status(code: Code) -> (StatusCode, tonic::Code) {
-    match code {
-        Code::Invalid => (StatusCode::BAD_REQUEST, tonic::Code::InvalidArgument),
-        Code::NotFound => (StatusCode::NOT_FOUND, tonic::Code::NotFound),
-        Code::AlreadyExists => (StatusCode::CONFLICT, tonic::Code::AlreadyExists),
-        Code::Conflict => (StatusCode::UNPROCESSABLE_ENTITY, tonic::Code::Aborted),
-        Code::SequenceGap => (StatusCode::CONFLICT, tonic::Code::OutOfRange),
-        Code::WrongState => (StatusCode::CONFLICT, tonic::Code::FailedPrecondition),
-        Code::TooLarge => (StatusCode::PAYLOAD_TOO_LARGE, tonic::Code::InvalidArgument),
-        Code::Full => (StatusCode::INSUFFICIENT_STORAGE, tonic::Code::ResourceExhausted),
-        Code::Busy => (StatusCode::SERVICE_UNAVAILABLE, tonic::Code::Unavailable),
-        Code::Damaged => (StatusCode::INTERNAL_SERVER_ERROR, tonic::Code::DataLoss),
-        Code::Internal => (StatusCode::INTERNAL_SERVER_ERROR, tonic::Code::Internal),
-    }
-}
-
 impl Error {
     /// A field at fault and what is wrong with it.
     pub fn field(field: impl Into<String>, problem: impl Into<String>) -> Self {
@@ -368,6 +334,9 @@ impl Error {
             Self::NothingTravelled(_) => (Code::NotFound, "NOTHING_TRAVELLED"),
             Self::NoSuchHypothesis(_) => (Code::NotFound, "HYPOTHESIS_NOT_FOUND"),
             Self::HypothesisNotAsserted(_) => (Code::WrongState, "HYPOTHESIS_NOT_ASSERTED"),
+            Self::NotAllAround(_) => (Code::WrongState, "NOT_ALL_AROUND"),
+            Self::NothingFired(_) => (Code::NotFound, "NOTHING_FIRED"),
+            Self::NoSuchPlace(_) => (Code::NotFound, "PLACE_NOT_FOUND"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
             Self::NoPicture(_) => (Code::NotFound, "PICTURE_NOT_MADE"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),

@@ -14,6 +14,7 @@ mod maps;
 mod merges;
 mod places;
 mod plans;
+mod qualitative;
 mod robots;
 mod sessions;
 mod too_large;
@@ -34,6 +35,7 @@ use v1::map_service_server::MapServiceServer;
 use v1::merge_service_server::MergeServiceServer;
 use v1::place_service_server::PlaceServiceServer;
 use v1::plan_service_server::PlanServiceServer;
+use v1::qualitative_service_server::QualitativeServiceServer;
 use v1::robot_service_server::RobotServiceServer;
 use v1::session_service_server::SessionServiceServer;
 
@@ -73,6 +75,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
     health.set_serving::<JobServiceServer<Service>>().await;
     health.set_serving::<PlaceServiceServer<Service>>().await;
     health.set_serving::<PlanServiceServer<Service>>().await;
+    health.set_serving::<QualitativeServiceServer<Service>>().await;
     health.set_serving::<CostServiceServer<Service>>().await;
     health.set_serving::<ExplorationServiceServer<Service>>().await;
     let reflection = || {
@@ -95,6 +98,7 @@ pub(crate) async fn router(service: &Service) -> anyhow::Result<Router> {
         .add_service(carried!(JobServiceServer, service))
         .add_service(carried!(PlaceServiceServer, service))
         .add_service(carried!(PlanServiceServer, service))
+        .add_service(carried!(QualitativeServiceServer, service))
         .add_service(carried!(ExplorationServiceServer, service))
         .add_service(carried!(CostServiceServer, service));
     let limit_bytes = service.settings.limits.request_bytes_max;

@@ -20,6 +20,7 @@ mod places;
 mod plan_tables;
 pub(crate) mod plans;
 pub(crate) mod profiles;
+mod qualitative;
 pub(crate) mod robots;
 pub(crate) mod sessions;
 pub(crate) mod tiles;

@@ -6,6 +6,7 @@ mod batches;
 mod changes;
 mod closures;
 mod costs;
+mod distinctive_places;
 mod doors;
 mod entity_tag;
 mod events;
@@ -37,6 +38,8 @@ mod planned_path;
 mod plans;
 mod problem;
 mod profiles;
+mod qualitative;
+mod qualitative_reply;
 mod reach;
 mod regions;
 mod relaxation;
@@ -81,6 +84,8 @@ pub(crate) use imports::MapImport;
 pub(crate) use mapping_parameters::{MappingParameters, MappingParametersState};
 pub(crate) use places::PlaceList;
 pub(crate) use planned_path::PathReply;
+pub(crate) use qualitative_reply::QualitativeDetail;
+
 pub(crate) use trajectories::Trajectory;
 
 /// Answers that draw a grid at the same time; more wait. A grid of the largest size takes some 200 MB
@@ -188,6 +193,11 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(batches::ingest_batch))
         .routes(routes!(trajectories::get_trajectory))
         .routes(routes!(session_grids::get_session_grid).layer(drawing.clone()))
+        .routes(routes!(qualitative::get_next_step))
+        .routes(routes!(qualitative::get_qualitative_exploration).layer(drawing.clone()))
+        .routes(routes!(qualitative::begin_qualitative_exploration))
+        .routes(routes!(qualitative::select_directions))
+        .routes(routes!(qualitative::mark_home))
         .routes(routes!(jobs::list_jobs, jobs::create_job))
         .routes(routes!(jobs::get_job))
         .routes(routes!(jobs::cancel_job))

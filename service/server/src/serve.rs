@@ -29,6 +29,7 @@ use crate::operations::grids::GridCache;
 use crate::operations::imports;
 use crate::planning::{self, Planner};
 use crate::service::{Parts, Service};
+use crate::session_cache::SessionCache;
 use crate::settings::Settings;
 use crate::sonar_weights::SonarWeights;
 use crate::{grpc, listener, rest, telemetry};
@@ -72,6 +73,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
     let into = (store.clone(), actors.clone(), activity.clone());
     let (journal, committing) = JournalWriter::start(into, settings.journal.clone());
     let planner = Planner::new(&settings.planning);
+    let explorations = SessionCache::new(settings.qualitative.n_kept_max);
     let service = Service(Arc::new(Parts {
         settings,
         store,
@@ -84,6 +86,7 @@ pub async fn start(settings: Settings) -> anyhow::Result<Running> {
         topologies: TopologyCache::default(),
         planner,
         travels: Travels::default(),
+        explorations,
         importing: Arc::new(Semaphore::new(imports::N_AT_ONCE)),
         stop: CancellationToken::new(),
     }));

@@ -14,6 +14,8 @@ use crate::mapping::Actors;
 use crate::operations::graphs::TopologyCache;
 use crate::operations::grids::GridCache;
 use crate::planning::Planner;
+use crate::qualitative::Explored;
+use crate::session_cache::SessionCache;
 use crate::settings::Settings;
 
 /// The service: operations are its methods, in `operations/`.
@@ -33,6 +35,7 @@ pub struct Parts {
     pub(crate) topologies: TopologyCache,
     pub(crate) planner: Planner,
     pub(crate) travels: Travels,
+    pub(crate) explorations: SessionCache<Explored>,
     /// One permit for each import that may be under way.
     pub(crate) importing: Arc<Semaphore>,
     /// Cancelled when the service stops: long streams end with it.

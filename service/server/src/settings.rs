@@ -25,6 +25,7 @@ pub struct Settings {
     pub mapping: MappingSettings,
     pub planning: PlanningSettings,
     pub hypotheses: HypothesisSettings,
+    pub qualitative: QualitativeSettings,
     pub jobs: JobSettings,
     pub merging: MergingSettings,
 }
@@ -116,6 +117,16 @@ pub struct PlanningSettings {
 pub struct HypothesisSettings {
     pub n_kept_max: usize,
     pub n_visits_max: usize,
+}
+
+/// How far robots explore that are told step by step.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[expect(missing_docs, reason = "each field is explained in settings.toml, once")]
+pub struct QualitativeSettings {
+    pub n_places_max: usize,
+    pub n_firings_max: u64,
+    pub n_kept_max: usize,
 }
 
 /// How work in the background is done.
@@ -250,8 +261,17 @@ fn set_from_environment(
 }
 
 fn check(settings: &Settings) -> Result<(), InvalidSettings> {
-    let Settings { server, limits, journal, mapping, planning, hypotheses, jobs, merging } =
-        settings;
+    let Settings {
+        server,
+        limits,
+        journal,
+        mapping,
+        planning,
+        hypotheses,
+        qualitative,
+        jobs,
+        merging,
+    } = settings;
     let least = [
         ("server.n_connections_max", server.n_connections_max as u64, 1),
         ("limits.batch_bytes_max", u64::from(limits.batch_bytes_max), 1024),
@@ -277,6 +297,9 @@ fn check(settings: &Settings) -> Result<(), InvalidSettings> {
         ("planning.matrix_pairs_max", planning.matrix_pairs_max, 1),
         ("hypotheses.n_kept_max", hypotheses.n_kept_max as u64, 1),
         ("hypotheses.n_visits_max", hypotheses.n_visits_max as u64, 1),
+        ("qualitative.n_places_max", qualitative.n_places_max as u64, 1),
+        ("qualitative.n_firings_max", qualitative.n_firings_max, 1),
+        ("qualitative.n_kept_max", qualitative.n_kept_max as u64, 1),
         ("jobs.n_at_once", jobs.n_at_once as u64, 1),
         ("jobs.scans_bytes_max", jobs.scans_bytes_max as u64, 1),
         ("merging.n_scans_again", merging.n_scans_again, 1),

@@ -4,6 +4,7 @@ mod append;
 mod append_model;
 mod closures;
 mod costs;
+mod explorations;
 mod failures;
 mod fixture;
 mod imports;

@@ -4,7 +4,7 @@ use meetpoint_geometry::Pose;
 use meetpoint_places::qualitative::{
     Command, Explorer, ExplorerParams, ExplorerState, Firing, Guide, GuideParams,
 };
-use meetpoint_places::{World, is_isomorphic};
+use meetpoint_places::{Gateway, Observation, PlaceMap, World, is_isomorphic};
 use meetpoint_sim::{ChaCha8Rng, Nx, NxSenses, OdometryError, nx_worlds};
 use rand::{RngExt, SeedableRng};
 
@@ -67,6 +67,22 @@ fn it_finds_the_true_graph() {
         let (guide, is_true) = guided(name, ExplorerParams::NX, Gait::Steps);
         assert!(is_true, "{name}: {} firings", guide.n_firings());
     }
+}
+
+/// A map that is told by its places and edges is the same map; one that cannot be is none.
+#[test]
+fn what_it_found_can_be_told() {
+    let (guide, _) = guided("two loops", ExplorerParams::NX, Gait::Steps);
+    let graph = guide.explorer().graph();
+    let ids = graph.map().places().map(|(id, _)| id);
+    let places: Vec<Observation> =
+        ids.map(|place| graph.map().observation(Gateway { place, index: 0 })).collect();
+    let mut edges: Vec<[Gateway; 2]> = graph.edges().iter().map(|edge| edge.ends).collect();
+    let told = PlaceMap::joined(&places, &edges).expect("places and edges");
+    assert!(is_isomorphic(&told, graph.map()), "the same graph");
+    edges.push(edges[0]);
+    assert_eq!(PlaceMap::joined(&places, &edges), None, "a gateway leads to one place");
+    assert_eq!(PlaceMap::joined(&places[1..], &edges), None, "a place is missing");
 }
 
 #[test]

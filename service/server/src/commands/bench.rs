@@ -6,6 +6,7 @@ mod ground_truth;
 mod ingest;
 mod matching;
 mod merge;
+mod nx;
 mod occupancy;
 mod percentile;
 mod places;
@@ -38,6 +39,8 @@ enum What {
     Occupancy(occupancy::OccupancyArgs),
     /// Places found by sonar, all maps that fit a travel, gateways of plans: after KB88 and HSSH04
     Places(places::PlacesArgs),
+    /// Whether NX, driven by the service step by step over gRPC, finds the true graph, and how fast that is
+    Nx(nx::NxArgs),
     /// What relaxation makes of data whose truth is known, and what it costs
     Relaxation(relaxation::RelaxationArgs),
 }
@@ -54,6 +57,7 @@ pub async fn run(args: BenchArgs) -> anyhow::Result<()> {
         What::Merge(args) => merge::run(args).await,
         What::Occupancy(args) => occupancy::run(args).await,
         What::Places(args) => places::run(args).await,
+        What::Nx(args) => nx::run(args).await,
         What::Relaxation(args) => relaxation::run(args).await,
     }
 }

@@ -1,4 +1,5 @@
-//! `meetpoint places`: the places of a map, their gateways and stars, or a drawing of them.
+//! `meetpoint places`: the places of a map, their gateways and stars, or those that a robot has found which
+//! explores as it is told; or a drawing of them.
 
 use std::path::{Path, PathBuf};
 
@@ -7,6 +8,7 @@ use meetpoint_proto::v1;
 use super::asked::{ServerArgs, save};
 use super::map::raster;
 use super::place_picture;
+use super::session_places::{self, Shown};
 use crate::rest::PlaceList;
 
 /// Places asked for at once.
@@ -16,11 +18,16 @@ const PAGE_SIZE: u32 = 1000;
 #[derive(Debug, clap::Args)]
 pub struct PlacesArgs {
     /// The map
-    map: String,
+    #[arg(required_unless_present = "session")]
+    map: Option<String>,
+    /// Those that a robot found in this session, as it was told to explore step by step
+    #[arg(long, value_name = "ID", conflicts_with_all = ["map", "version"])]
+    session: Option<String>,
     /// The version; the published one where nothing is said
     #[arg(long, default_value_t = 0, hide_default_value = true)]
     version: u64,
-    /// Draw them over the grid: gateways red, ways through the place blue where a path passes
+    /// Draw them over the grid: gateways red, ways through the place blue where a path passes; those of a session
+    /// as a graph: home green, the robot's red, unexplored directions orange
     #[arg(long, value_name = "FILE")]
     png: Option<PathBuf>,
     #[command(flatten)]
@@ -32,8 +39,13 @@ pub struct PlacesArgs {
 /// # Errors
 /// If there is no such map or version, nothing was observed, or the picture cannot be written.
 pub async fn run(args: PlacesArgs) -> anyhow::Result<()> {
-    let PlacesArgs { map, version, png, server } = args;
+    let PlacesArgs { map, session, version, png, server } = args;
     let client = server.client()?;
+    if let Some(session) = session {
+        let shown = Shown { session, json: server.json, png: png.as_deref() };
+        return session_places::show(&client, shown).await;
+    }
+    let map = map.unwrap_or_default();
     let mut request = v1::ListPlacesRequest {
         map: map.clone(),
         version,

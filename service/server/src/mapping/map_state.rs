@@ -176,6 +176,7 @@ impl MapState {
             | JournalEvent::ClosureSwitched { .. }
             | JournalEvent::MergeDecided { .. }
             | JournalEvent::HypothesisDecided { .. }
+            | JournalEvent::ExplorationDecided { .. }
             | JournalEvent::MapCreated => Applied::default(),
         };
         self.position = seq;

@@ -36,6 +36,7 @@ use super::problem::{PROBLEM_JSON, Problem};
         (name = "closures", description = "What relax jobs took for the same place, and what people decide about it."),
         (name = "merges", description = "Where sessions of unknown start lie, and what is decided about it."),
         (name = "hypotheses", description = "Maps of places that fit a travel, and what people decide about them."),
+        (name = "qualitative", description = "Robots that explore as they are told, step by step, and the places that they find."),
         (name = "robots", description = "Machines that send."),
         (name = "sessions", description = "Unbroken runs of robots on maps, their batches and trajectories."),
         (name = "jobs", description = "Work in the background."),
@@ -54,6 +55,8 @@ pub(super) struct ReadProblems;
 pub(super) struct GridProblems;
 /// What is drawn in a session's frame may answer instead.
 pub(super) struct SessionGridProblems;
+/// What an exploration by small steps may answer instead.
+pub(super) struct QualitativeProblems;
 /// What a question in a body may answer instead.
 pub(super) struct PlanProblems;
 /// What changing a resource may answer instead.
@@ -78,6 +81,12 @@ impl IntoResponses for ReadProblems {
 impl IntoResponses for GridProblems {
     fn responses() -> BTreeMap<String, RefOr<Response>> {
         problems(&[400, 404, 413, 500, 503])
+    }
+}
+
+impl IntoResponses for QualitativeProblems {
+    fn responses() -> BTreeMap<String, RefOr<Response>> {
+        problems(&[400, 404, 409, 500, 503])
     }
 }
 

@@ -37,7 +37,7 @@ pub(crate) struct TravelQuery {
 }
 
 /// Which of the gateways is taken that are equally near.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, ToSchema)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, ToSchema)]
 #[serde(rename_all = "SCREAMING_SNAKE_CASE")]
 pub(crate) enum TravelSelection {
     /// The one that takes the least rotation.
@@ -45,6 +45,15 @@ pub(crate) enum TravelSelection {
     LeastRotation,
     /// The one that takes the most: what is explored grows roughly concentrically.
     MostRotation,
+}
+
+impl From<TravelSelection> for v1::TravelSelection {
+    fn from(selection: TravelSelection) -> Self {
+        match selection {
+            TravelSelection::LeastRotation => Self::LeastRotation,
+            TravelSelection::MostRotation => Self::MostRotation,
+        }
+    }
 }
 
 /// Which robot asks, and how it explores.
@@ -191,11 +200,8 @@ pub(super) async fn get_next_travel(
 ) -> Result<Response, Refusal> {
     let NextTravelQuery { session, planar, circles, selection } = query;
     let tree = Some(tree(path.map, TreeQuery { session, planar, circles }));
-    let selection = match selection {
-        TravelSelection::LeastRotation => v1::TravelSelection::LeastRotation,
-        TravelSelection::MostRotation => v1::TravelSelection::MostRotation,
-    };
-    let request = v1::GetNextTravelRequest { tree, selection: selection.into() };
+    let selection = v1::TravelSelection::from(selection).into();
+    let request = v1::GetNextTravelRequest { tree, selection };
     let v1::GetNextTravelResponse { tree, errand, turns, place, gateway } =
         rest.service.get_next_travel(request).await?;
     let errand = match v1::TravelErrand::try_from(errand).unwrap_or_default() {

@@ -10,10 +10,13 @@ const EXTRAPOLATION_MAX_NS: i64 = 500_000_000;
 
 /// Velocity in the robot's own frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Velocity {
-    pub(crate) forward_m_per_s: f64,
-    pub(crate) left_m_per_s: f64,
-    pub(crate) turn_rad_per_s: f64,
+pub struct Velocity {
+    /// Metres a second.
+    pub forward_m_per_s: f64,
+    /// Metres a second.
+    pub left_m_per_s: f64,
+    /// Radians a second, counter-clockwise.
+    pub turn_rad_per_s: f64,
 }
 
 impl Velocity {
@@ -32,7 +35,7 @@ impl Velocity {
 
 /// The recent past of a robot's odometry.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct Odometry {
+pub struct Odometry {
     /// Stamps in nanoseconds and poses, in order of arrival.
     pub(crate) recent: Vec<(i64, Pose)>,
     /// In force since the last of `recent`, if the robot sends velocities.
@@ -41,7 +44,7 @@ pub(crate) struct Odometry {
 
 impl Odometry {
     /// Takes a pose. One that is not finite is not taken.
-    pub(crate) fn add_pose(&mut self, stamp_ns: i64, pose: Pose) {
+    pub fn add_pose(&mut self, stamp_ns: i64, pose: Pose) {
         if pose.is_finite() {
             self.velocity = None;
             self.push(stamp_ns, Pose::new(pose.x_m, pose.y_m, pose.theta_rad));
@@ -50,7 +53,7 @@ impl Odometry {
 
     /// Takes a velocity, in force from `stamp_ns` on. One that leads to no finite pose is not
     /// taken.
-    pub(crate) fn add_velocity(&mut self, stamp_ns: i64, velocity: Velocity) {
+    pub fn add_velocity(&mut self, stamp_ns: i64, velocity: Velocity) {
         let pose = self.pose_at(stamp_ns).unwrap_or(Pose::IDENTITY);
         if velocity.step(1.0).is_finite() {
             self.push(stamp_ns, pose);
@@ -68,7 +71,7 @@ impl Odometry {
     /// The pose at a moment: as it came if one came with this very stamp, else by the velocity in
     /// force, else between the two latest that enclose it, else onwards from the last two if that
     /// is not far, else the last. `None` if none ever came.
-    pub(crate) fn pose_at(&self, stamp_ns: i64) -> Option<Pose> {
+    pub fn pose_at(&self, stamp_ns: i64) -> Option<Pose> {
         let &(last_ns, last) = self.recent.last()?;
         if let Some((_, pose)) = self.recent.iter().rev().find(|(at_ns, _)| *at_ns == stamp_ns) {
             return Some(*pose);
