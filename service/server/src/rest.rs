@@ -193,11 +193,7 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(batches::ingest_batch))
         .routes(routes!(trajectories::get_trajectory))
         .routes(routes!(session_grids::get_session_grid).layer(drawing.clone()))
-        .routes(routes!(qualitative::get_next_step))
-        .routes(routes!(qualitative::get_qualitative_exploration).layer(drawing.clone()))
-        .routes(routes!(qualitative::begin_qualitative_exploration))
-        .routes(routes!(qualitative::select_directions))
-        .routes(routes!(qualitative::mark_home))
+        .merge(told_step_by_step(drawing.clone()))
         .routes(routes!(jobs::list_jobs, jobs::create_job))
         .routes(routes!(jobs::get_job))
         .routes(routes!(jobs::cancel_job))
@@ -207,6 +203,15 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(health::healthz))
         .routes(routes!(health::readyz))
         .routes(routes!(health::metrics))
+}
+
+fn told_step_by_step(drawing: GlobalConcurrencyLimitLayer) -> OpenApiRouter<Rest> {
+    OpenApiRouter::new()
+        .routes(routes!(qualitative::get_next_step))
+        .routes(routes!(qualitative::get_qualitative_exploration).layer(drawing))
+        .routes(routes!(qualitative::begin_qualitative_exploration))
+        .routes(routes!(qualitative::select_directions))
+        .routes(routes!(qualitative::mark_home))
 }
 
 fn span(request: &Request) -> tracing::Span {

@@ -212,8 +212,10 @@ impl Explored {
                 self.sees_home |= label == HOME;
                 return;
             }
-            Some(Kind::SonarScan(v1::SonarScan { ranges_m })) => ranges_m,
-            Some(Kind::LaserScan(v1::LaserScan { ranges_m, intensities: _ })) => ranges_m,
+            Some(
+                Kind::SonarScan(v1::SonarScan { ranges_m })
+                | Kind::LaserScan(v1::LaserScan { ranges_m, intensities: _ }),
+            ) => ranges_m,
             Some(Kind::OdometryPose(_) | Kind::LandmarkSighting(_) | Kind::PlaceVisit(_))
             | None => {
                 return;
