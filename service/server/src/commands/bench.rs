@@ -12,6 +12,7 @@ mod percentile;
 mod places;
 mod poses;
 mod queries;
+mod relation_frame;
 mod relations;
 mod relaxation;
 mod replaying;

@@ -19,6 +19,7 @@ mod fitted_together;
 mod grid_landmarks;
 pub(super) mod landmark_travel;
 mod live_poses;
+mod merged_starts;
 mod named_sightings;
 pub(super) mod named_sums;
 pub(super) mod names;

@@ -70,17 +70,24 @@ impl Relation {
     pub(super) fn gap_ns(&self) -> i64 {
         self.to_ns.saturating_sub(self.from_ns).saturating_abs()
     }
+
+    /// By how much the robot turned from one end to the other, in radians.
+    pub(super) fn turn_rad(&self) -> f64 {
+        self.step.theta_rad
+    }
 }
 
 /// What is left of each relation that has both poses: metres and radians.
 pub(super) fn residuals(poses: &BTreeMap<i64, Pose>, relations: &[&Relation]) -> Vec<(f64, f64)> {
-    let off = relations.iter().filter_map(|relation| {
-        let from = at(poses, relation.from_ns)?;
-        let to = at(poses, relation.to_ns)?;
-        let off = relation.step.inverse() * from.step_to(to);
-        Some((off.distance_m(), off.theta_rad.abs()))
-    });
-    off.collect()
+    let off = relations.iter().filter_map(|relation| left(poses, relation));
+    off.map(|off| (off.distance_m(), off.theta_rad.abs())).collect()
+}
+
+/// What is left of a relation: the estimated step seen from its end. `None` if a pose is missing.
+pub(super) fn left(poses: &BTreeMap<i64, Pose>, relation: &Relation) -> Option<Pose> {
+    let from = at(poses, relation.from_ns)?;
+    let to = at(poses, relation.to_ns)?;
+    Some(relation.step.inverse() * from.step_to(to))
 }
 
 /// The errors that these residuals of so many relations come to. `None` if there are none.

@@ -19,6 +19,10 @@ use crate::error::Error;
 use crate::merging::Known;
 use crate::settings::MergingSettings;
 
+/// Why no rule merges a session that has sonars only: said first.
+const SONAR_ONLY: &str = "sonar only: walls that are heard lie decimetres off and rooms look alike, \
+                          so that a person has to decide";
+
 /// Who decides where nobody does.
 const BY_RULE: &str = "rule";
 
@@ -145,33 +149,50 @@ impl Findings {
 /// contradicts what else was found.
 fn judged(parts: &Parts, searched: &Searched) -> Vec<Found> {
     let fates = fates(parts.newcomers.len(), searched);
-    let of = |index: usize| {
-        let newcomer = &parts.newcomers[index];
-        if let Some(Some(found)) = searched.by_landmarks.get(index) {
-            let LandmarksFound { verdict, reasons, alignments, is_base: _ } = found.clone();
-            return Found { verdict, reasons, alignments };
-        }
-        let candidates = candidates(index, searched);
-        let Some(best) = candidates.iter().min_by(|a, b| a.rank().total_cmp(&b.rank())) else {
-            return nothing_drawn(newcomer);
-        };
-        let onto = best.onto.map(|older| parts.newcomers[older].session);
-        let mut found = best.found(newcomer.session, onto);
-        let rings = fates.iter().filter(|(younger, _)| *younger == index);
-        let broken = rings.filter_map(|(_, fate)| match *fate {
-            PairFate::Inconsistent { error_m, error_rad } => {
-                Some(Reason::Inconsistent { error_m, error_rad }.to_string())
-            }
-            PairFate::Places | PairFate::Confirms { .. } => None,
-        });
-        let broken: Vec<String> = broken.collect();
-        if !broken.is_empty() && found.verdict == v1::MergeVerdict::Merged {
-            found.verdict = v1::MergeVerdict::Ambiguous;
-            found.reasons = broken;
-        }
-        found
+    (0..parts.newcomers.len()).map(|index| judged_one(parts, searched, (index, &fates))).collect()
+}
+
+fn judged_one(
+    parts: &Parts,
+    searched: &Searched,
+    (index, fates): (usize, &[(usize, PairFate)]),
+) -> Found {
+    let newcomer = &parts.newcomers[index];
+    if let Some(Some(found)) = searched.by_landmarks.get(index) {
+        let LandmarksFound { verdict, reasons, alignments, is_base: _ } = found.clone();
+        return Found { verdict, reasons, alignments };
+    }
+    let candidates = candidates(index, searched);
+    let Some(best) = candidates.iter().min_by(|a, b| a.rank().total_cmp(&b.rank())) else {
+        return nothing_drawn(newcomer);
     };
-    (0..parts.newcomers.len()).map(of).collect()
+    let onto = best.onto.map(|older| parts.newcomers[older].session);
+    let mut found = best.found(newcomer.session, onto);
+    let rings = fates.iter().filter(|(younger, _)| *younger == index);
+    let broken = rings.filter_map(|(_, fate)| match *fate {
+        PairFate::Inconsistent { error_m, error_rad } => {
+            Some(Reason::Inconsistent { error_m, error_rad }.to_string())
+        }
+        PairFate::Places | PairFate::Confirms { .. } => None,
+    });
+    let broken: Vec<String> = broken.collect();
+    if !broken.is_empty() && found.verdict == v1::MergeVerdict::Merged {
+        found.verdict = v1::MergeVerdict::Ambiguous;
+        found.reasons = broken;
+    }
+    let is_onto_heard = best.onto.is_some_and(|older| parts.newcomers[older].hears_only);
+    if newcomer.hears_only || is_onto_heard { heard(found) } else { found }
+}
+
+/// What was found of walls that were heard: at most a proposal, since the rules' limits were measured on walls
+/// that were seen.
+fn heard(found: Found) -> Found {
+    let verdict = match found.verdict {
+        v1::MergeVerdict::Merged => v1::MergeVerdict::Proposed,
+        verdict => verdict,
+    };
+    let reasons = std::iter::once(SONAR_ONLY.to_owned()).chain(found.reasons).collect();
+    Found { verdict, reasons, ..found }
 }
 
 /// What was found of a newcomer in one part.
@@ -293,6 +314,7 @@ mod tests {
             robot: format!("robot {id}"),
             n_poses: 7,
             may_accept: true,
+            hears_only: false,
             part: Some(part()),
         };
         Parts {
@@ -341,6 +363,22 @@ mod tests {
         assert_eq!(verdicts(&judged), expected, "the younger lies on the older");
         let onto = &judged[1].alignments[0].onto_session;
         assert_eq!(*onto, Uuid::from_u128(0).to_string(), "by name");
+    }
+
+    #[test]
+    fn what_is_heard_only_is_left_to_people_and_says_so() {
+        let found = |verdict| Searched {
+            in_site: vec![Some(found(verdict, 1.0, 90.0))],
+            ..Searched::default()
+        };
+        let mut parts = parts(1, true);
+        parts.newcomers[0].hears_only = true;
+        let merged = judged(&parts, &found(Verdict::Merged));
+        assert_eq!(verdicts(&merged), [v1::MergeVerdict::Proposed], "not by rule");
+        assert_eq!(merged[0].reasons[0], SONAR_ONLY, "why");
+        assert_eq!(merged[0].alignments.len(), 1, "a person may accept it");
+        let nowhere = judged(&parts, &found(Verdict::NoOverlap));
+        assert_eq!(verdicts(&nowhere), [v1::MergeVerdict::NoOverlap], "as it is");
     }
 
     #[test]

@@ -54,6 +54,8 @@ pub(super) struct Newcomer {
     pub(super) n_poses: u64,
     /// Whether nobody has decided about its merge.
     pub(super) may_accept: bool,
+    /// Whether its walls were heard by sonars, and none seen by a laser.
+    pub(super) hears_only: bool,
     /// What it has drawn; `None` if nothing.
     pub(super) part: Option<Arc<Part>>,
 }
@@ -102,6 +104,7 @@ impl Parts {
                 robot: record.robot.0.clone(),
                 n_poses: page.map_or(0, |page| page.n_poses),
                 may_accept: merge.is_none_or(|merge| merge.state == MergeState::Open),
+                hears_only: hears_only(record)?,
                 part,
             });
         }
@@ -114,6 +117,14 @@ fn detects(record: &SessionRecord) -> Result<bool, Error> {
     let sensors = session::declaration(&record.declaration)?.sensors;
     let detects = |sensor: &v1::Sensor| matches!(sensor.kind, Some(Kind::LandmarkDetector(_)));
     Ok(sensors.iter().any(detects))
+}
+
+/// True if a session declares sonars and no laser.
+fn hears_only(record: &SessionRecord) -> Result<bool, Error> {
+    let sensors = session::declaration(&record.declaration)?.sensors;
+    let has = |is: fn(&Kind) -> bool| sensors.iter().any(|it| it.kind.as_ref().is_some_and(is));
+    Ok(has(|kind| matches!(kind, Kind::SonarRing(_)))
+        && !has(|kind| matches!(kind, Kind::Laser(_))))
 }
 
 /// The landmarks with names that some sessions saw beside walls, in the frame that they share.

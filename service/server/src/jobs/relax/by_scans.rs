@@ -122,8 +122,12 @@ impl Relaxing<'_> {
         known: KnownClosures,
         saved: &Saved,
     ) -> Result<LaserOutcome, Stopped> {
-        let travels = several.travels(self.params.forget_identities);
         let sessions = several.sessions();
+        let mut frames = Vec::new();
+        for &session in &sessions {
+            frames.push(self.unsure_frames(session).await?);
+        }
+        let travels = several.travels(self.params.forget_identities, &frames);
         let first = sessions.first().map_or_else(String::new, |first| first.0.to_string());
         let mut pieces = self.bench.pieces(move |teller| {
             several::relaxed(travels, known, teller.n_threads(), |progress| {

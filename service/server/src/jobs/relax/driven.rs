@@ -11,6 +11,7 @@ use super::course::Course;
 use super::finding::{count, place};
 use super::fitted_landmarks::fitted_landmarks;
 use super::live_poses::{KnownPoses, LivePose};
+use super::merged_starts::{UnsureFrame, covariance_of};
 use super::named_sightings::named_sighting;
 use super::names::LandmarkNames;
 use super::way::{Way, WayScan};
@@ -59,18 +60,22 @@ impl Driven {
         Self { course, live, moments, travel, n_relaxed }
     }
 
-    /// What is relaxed, in the frame of the session's map, and what was seen of named landmarks.
+    /// What is relaxed, in the frame of the session's map, and what was seen of named landmarks. `frames` are
+    /// those by whose errors its place there is wrong, if it was merged.
     pub(super) fn placed(
         &self,
         record: &SessionRecord,
         sightings: Vec<LandmarkSighting>,
+        frames: &[UnsureFrame],
     ) -> PlacedTravel {
         let (map_from_session, mut travel) = (place(record), self.travel.clone());
         for scan in &mut travel.scans {
             scan.map_from_robot = map_from_session * scan.map_from_robot;
         }
         let n_relaxed = self.n_relaxed;
-        PlacedTravel { n_relaxed, sightings, ..PlacedTravel::of_known_start(travel) }
+        let first = travel.scans.first().map_or(map_from_session, |scan| scan.map_from_robot);
+        let start_covariance = covariance_of(first, frames).unwrap_or(PlacedTravel::KNOWN_START);
+        PlacedTravel { travel, start_covariance, n_relaxed, sightings }
     }
 
     /// What was seen of landmarks that have names, each from the scan that was taken nearest in time.

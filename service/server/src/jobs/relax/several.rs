@@ -15,6 +15,7 @@ use super::Found;
 use super::driven::{self, Driven};
 use super::finding::count;
 use super::live_poses::KnownPoses;
+use super::merged_starts::UnsureFrame;
 use super::names::LandmarkNames;
 use super::way::Way;
 use crate::convert::closure;
@@ -37,14 +38,19 @@ impl Several {
     }
 
     /// What is relaxed, in the map's frame. Landmarks with the same name are one, whoever saw them,
-    /// unless names are to be forgotten.
-    pub(super) fn travels(&self, forgets_identities: bool) -> Vec<PlacedTravel> {
+    /// unless names are to be forgotten. `frames` are, of each session, those by whose errors its place is
+    /// wrong.
+    pub(super) fn travels(
+        &self,
+        forgets_identities: bool,
+        frames: &[Vec<UnsureFrame>],
+    ) -> Vec<PlacedTravel> {
         let mut names = LandmarkNames::default();
-        let placed = |(record, driven): &(SessionRecord, Driven)| {
+        let placed = |((record, driven), frames): (&(SessionRecord, Driven), &Vec<UnsureFrame>)| {
             let sightings = (!forgets_identities).then(|| driven.named_sightings(&mut names));
-            driven.placed(record, sightings.unwrap_or_default())
+            driven.placed(record, sightings.unwrap_or_default(), frames)
         };
-        self.0.iter().map(placed).collect()
+        self.0.iter().zip(frames).map(placed).collect()
     }
 
     pub(super) fn sessions(&self) -> Vec<SessionId> {

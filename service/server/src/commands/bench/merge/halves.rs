@@ -10,6 +10,7 @@ use meetpoint_geometry::Pose;
 
 use super::super::child::ChildService;
 use super::super::poses::poses;
+use super::super::relation_frame::{error_m, offset_m};
 use super::super::relations::{self, Relation};
 use super::super::replaying::{replayed, session_of};
 use super::settled::{is_accepted, merge_of, settle, verdict};
@@ -26,18 +27,29 @@ const WRONG_M: f64 = 0.5;
 struct Cut {
     verdict: &'static str,
     is_merged: bool,
-    /// Relations across the cut, and their mean errors in metres and radians, if it was merged.
-    across: Option<(usize, f64, f64)>,
+    /// Relations across the cut, if it was merged.
+    across: Option<Across>,
     seconds: f64,
     margin: Option<f64>,
+}
+
+/// Relations across a cut, and their mean errors.
+#[derive(Default)]
+struct Across {
+    n: usize,
+    translation_m: f64,
+    rotation_rad: f64,
+    /// The translational one if the relations are of a point of the robot that those say which do not
+    /// lead across.
+    in_own_frame_m: f64,
 }
 
 /// Prints a row for every cut of every log, and one for all of a log.
 pub(super) async fn print(files: &[PathBuf], n_cuts: u32, data: &Path) -> anyhow::Result<()> {
     println!(
-        "| log, cut at | verdict | accepted | margin | relations across | mean error | merge and relax |"
+        "| log, cut at | verdict | accepted | margin | relations across | mean error | in the relations' own frame | merge and relax |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
     let mut n_wrong = 0;
     for pair in files.chunks_exact(2) {
         let (log, path) = (&pair[0], &pair[1]);
@@ -83,50 +95,63 @@ async fn cut(log: &Path, share: f64, truth: &[Relation], data: &Path) -> anyhow:
     Ok(Cut { verdict: verdict(&merge), is_merged, across, seconds, margin })
 }
 
-/// Relations from one part to the other, and their mean errors.
+/// Relations from one part to the other.
 fn across(
     first: BTreeMap<i64, Pose>,
     second: BTreeMap<i64, Pose>,
     truth: &[Relation],
-) -> anyhow::Result<(usize, f64, f64)> {
+) -> anyhow::Result<Across> {
     let cut_ns = *second.keys().next().context("the second part has no pose")?;
     let all: BTreeMap<i64, Pose> = first.into_iter().chain(second).collect();
-    let across: Vec<&Relation> = truth.iter().filter(|one| one.leads_across(cut_ns)).collect();
+    let (across, within): (Vec<&Relation>, Vec<&Relation>) =
+        truth.iter().partition(|one| one.leads_across(cut_ns));
     let off = relations::residuals(&all, &across);
-    let errors = relations::errors(&off, across.len());
-    Ok(errors.map_or((0, 0.0, 0.0), |errors| (errors.n, errors.translation_m, errors.rotation_rad)))
+    let Some(errors) = relations::errors(&off, across.len()) else { return Ok(Across::default()) };
+    let offset_m = offset_m(&all, &within).unwrap_or_default();
+    Ok(Across {
+        n: errors.n,
+        translation_m: errors.translation_m,
+        rotation_rad: errors.rotation_rad,
+        in_own_frame_m: error_m(&all, &across, offset_m).unwrap_or_default(),
+    })
 }
 
 fn is_wrong(cut: &Cut) -> bool {
-    cut.is_merged && cut.across.is_some_and(|(_, metres, _)| WRONG_M < metres)
+    cut.is_merged && cut.across.as_ref().is_some_and(|across| WRONG_M < across.translation_m)
 }
 
 fn text_of(cut: &Cut) -> String {
     let Cut { verdict, is_merged, across, seconds, margin } = cut;
     let margin = margin.map_or("no rival".to_owned(), |margin| format!("{margin:.1}"));
     let accepted = if *is_merged { "yes" } else { "no" };
-    let (n, error) = match across {
-        Some((n @ 1.., metres, radians)) => {
-            (n.to_string(), format!("{metres:.4} m, {:.3}°", radians.to_degrees()))
-        }
-        Some((0, ..)) => ("0".to_owned(), "-".to_owned()),
-        None => ("-".to_owned(), "-".to_owned()),
+    let errors = match across {
+        Some(across) if 0 < across.n => text_of_errors(across),
+        Some(_) => "0 | - | -".to_owned(),
+        None => "- | - | -".to_owned(),
     };
-    format!("{verdict} | {accepted} | {margin} | {n} | {error} | {seconds:.1} s")
+    format!("{verdict} | {accepted} | {margin} | {errors} | {seconds:.1} s")
+}
+
+fn text_of_errors(across: &Across) -> String {
+    let Across { n, translation_m, rotation_rad, in_own_frame_m } = across;
+    let degrees = rotation_rad.to_degrees();
+    format!("{n} | {translation_m:.4} m, {degrees:.3}° | {in_own_frame_m:.4} m")
 }
 
 /// All relations of all cuts together, each counted as often as it leads across one.
 fn text_of_all(cuts: &[Cut]) -> String {
     let n_merged = cuts.iter().filter(|cut| cut.is_merged).count();
     let n_wrong = cuts.iter().filter(|cut| is_wrong(cut)).count();
-    let across: Vec<(usize, f64, f64)> = cuts.iter().filter_map(|cut| cut.across).collect();
-    let n: usize = across.iter().map(|(n, ..)| n).sum();
-    let mean = |of: &dyn Fn(&(usize, f64, f64)) -> f64| {
-        across.iter().map(|one| one.0 as f64 * of(one)).sum::<f64>() / n.max(1) as f64
+    let across: Vec<&Across> = cuts.iter().filter_map(|cut| cut.across.as_ref()).collect();
+    let n = across.iter().map(|one| one.n).sum::<usize>();
+    let mean = |of: &dyn Fn(&Across) -> f64| {
+        across.iter().map(|one| one.n as f64 * of(one)).sum::<f64>() / n.max(1) as f64
     };
-    let (metres, degrees) = (mean(&|one| one.1), mean(&|one| one.2).to_degrees());
-    format!(
-        "{n_merged} of {} merged, {n_wrong} wrongly | | | {n} | {metres:.4} m, {degrees:.3}° |",
-        cuts.len()
-    )
+    let errors = text_of_errors(&Across {
+        n,
+        translation_m: mean(&|one| one.translation_m),
+        rotation_rad: mean(&|one| one.rotation_rad),
+        in_own_frame_m: mean(&|one| one.in_own_frame_m),
+    });
+    format!("{n_merged} of {} merged, {n_wrong} wrongly | | | {errors} |", cuts.len())
 }
