@@ -130,12 +130,12 @@ fn place(body: &Value) -> v1::DistinctivePlace {
     }
 }
 
-fn averaged(body: &Value) -> Option<v1::Averaged> {
-    Some(v1::Averaged {
+fn averaged(body: &Value) -> v1::Averaged {
+    v1::Averaged {
         measured: small(&body["measured"]),
         mean: present(body, "mean").map(real),
         std: present(body, "std").map(real),
-    })
+    }
 }
 
 fn edge(body: &Value) -> v1::TravelEdge {
@@ -144,9 +144,9 @@ fn edge(body: &Value) -> v1::TravelEdge {
         to: Some(direction(&body["to"])),
         strategy: strategy(&body["strategy"]),
         traversals: small(&body["traversals"]),
-        length_m: averaged(&body["length_m"]),
-        width_m: averaged(&body["width_m"]),
-        turned_rad: averaged(&body["turned_rad"]),
+        length_m: Some(averaged(&body["length_m"])),
+        width_m: Some(averaged(&body["width_m"])),
+        turned_rad: Some(averaged(&body["turned_rad"])),
         curvature_rad_per_m: real(&body["curvature_rad_per_m"]),
     }
 }

@@ -91,8 +91,9 @@ impl Network {
             .expect("the crate's own weights are valid")
     }
 
-    /// Weights trained on ways besides, which draw a better map from true poses: `meetpoint train --way-places
-    /// 80000` makes them. They are heeded by `SonarModel::BY_WAYS`.
+    /// Weights trained on ways besides, which draw a better map from true poses, heeded by `SonarModel::BY_WAYS`.
+    /// `meetpoint train --way-places 80000` makes such weights, though not these to the bit: when they were trained
+    /// readings that are too close counted as half of the least range, which `SonarRing` takes for the least range.
     ///
     /// # Panics
     /// Never: its weights are part of the crate and tested.
