@@ -21,6 +21,7 @@ pub(crate) fn graph(body: &Value) -> v1::Graph {
         regions: rows(&body["regions"], region),
         arcs: rows(&body["arcs"], arc),
         ended: rows(&body["ended"], ended),
+        hypothesis: present(body, "hypothesis").map(text).unwrap_or_default(),
     }
 }
 

@@ -88,7 +88,7 @@ impl From<Status> for Refused {
     }
 }
 
-fn filled<T>(part: Option<T>) -> T {
+pub(crate) fn filled<T>(part: Option<T>) -> T {
     part.expect("answers hold what the contract promises")
 }
 
@@ -170,7 +170,7 @@ impl Door for GrpcDoor {
         outlines: bool,
     ) -> Answer<v1::Graph> {
         let (map, pruning) = (map.to_owned(), pruning.into());
-        let request = v1::GetGraphRequest { map, version, pruning, outlines };
+        let request = v1::GetGraphRequest { map, version, pruning, outlines, ..Default::default() };
         Ok(filled(self.graphs.clone().get_graph(request).await?.into_inner().graph))
     }
 

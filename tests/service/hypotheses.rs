@@ -70,6 +70,7 @@ impl Walker {
             view_is_unique: view.is_some_and(|view| view.is_unique),
             length_m: (0 < self.n_visits).then_some(3.0),
             turned_rad: None,
+            moved: None,
         }
     }
 
@@ -110,7 +111,7 @@ impl Walker {
 
     fn tree(&self) -> v1::TreeName {
         let (map, session) = (MAP.to_owned(), self.session.id.clone());
-        v1::TreeName { map, session, planar: true, circles: false }
+        v1::TreeName { map, session, planar: true, circles: false, metrical: false }
     }
 
     /// The places where it was as a map that is true numbers them.

@@ -3,7 +3,7 @@
 use meetpoint_client::v1;
 use serde_json::Value;
 
-use crate::from_json::{present, real, rows, signed, small, text, truth, unsigned};
+use crate::from_json::{point, present, real, rows, signed, small, text, truth, unsigned};
 
 pub(crate) fn tree(body: &Value) -> v1::HypothesisTree {
     let name = v1::TreeName {
@@ -11,6 +11,7 @@ pub(crate) fn tree(body: &Value) -> v1::HypothesisTree {
         session: text(&body["session"]),
         planar: truth(&body["planar"]),
         circles: truth(&body["circles"]),
+        metrical: truth(&body["metrical"]),
     };
     let assertion = |said: &Value| v1::HypothesisAssertion {
         hypothesis: text(&said["hypothesis"]),
@@ -31,6 +32,8 @@ pub(crate) fn tree(body: &Value) -> v1::HypothesisTree {
         given_up: unsigned(&body["given_up"]),
         truncated: truth(&body["truncated"]),
         assertions: rows(&body["assertions"], assertion),
+        contradicted: unsigned(&body["contradicted"]),
+        unmeasured: truth(&body["unmeasured"]),
     }
 }
 
@@ -69,6 +72,17 @@ pub(crate) fn list(body: &Value) -> v1::ListHypothesesResponse {
     }
 }
 
+fn frame(body: &Value) -> v1::HypothesisFrame {
+    v1::HypothesisFrame {
+        places: rows(&body["places"], point),
+        chi2: real(&body["chi2"]),
+        degrees: small(&body["degrees"]),
+        chi2_max: real(&body["chi2_max"]),
+        contradicted: truth(&body["contradicted"]),
+        settled: truth(&body["settled"]),
+    }
+}
+
 pub(crate) fn detail(body: &Value) -> v1::GetHypothesisResponse {
     let gateway = |at: &Value| v1::HypothesisGateway {
         to_place: present(at, "to_place").map(small),
@@ -98,6 +112,7 @@ pub(crate) fn detail(body: &Value) -> v1::GetHypothesisResponse {
         agenda: rows(&body["agenda"], item),
         png: Vec::new(),
         paths: rows(&body["paths"], |path| v1::HypothesisPath { places: rows(path, small) }),
+        frame: present(body, "frame").map(frame),
     }
 }
 

@@ -53,6 +53,7 @@ mod merging_interrupted;
 mod merging_landmarks;
 mod merging_live;
 mod merging_tagged;
+mod metrical;
 mod mrclam;
 mod operation;
 mod parameters;

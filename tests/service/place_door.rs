@@ -4,7 +4,8 @@ use meetpoint_client::v1;
 use serde_json::json;
 
 use crate::door::{Answer, Door, Page};
-use crate::grpc_door::GrpcDoor;
+use crate::graph_json;
+use crate::grpc_door::{GrpcDoor, filled};
 use crate::hypothesis_json;
 use crate::place_json;
 use crate::rest_door::{RestDoor, answered_bytes, paged, version_name};
@@ -22,6 +23,8 @@ pub(crate) trait PlaceDoor: Door {
         tree: &v1::TreeName,
         hypothesis: &str,
     ) -> Answer<v1::GetHypothesisResponse>;
+    /// A map in the words of a graph.
+    async fn hypothesis_graph(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<v1::Graph>;
     /// The bytes of a PNG.
     async fn drawing(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<Vec<u8>>;
     async fn assert_true(
@@ -61,6 +64,16 @@ impl PlaceDoor for GrpcDoor {
         let (tree, hypothesis) = (Some(tree.clone()), hypothesis.to_owned());
         let request = v1::GetHypothesisRequest { tree, hypothesis, picture: false };
         Ok(self.places.clone().get_hypothesis(request).await?.into_inner())
+    }
+
+    async fn hypothesis_graph(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<v1::Graph> {
+        let request = v1::GetGraphRequest {
+            map: tree.map.clone(),
+            hypothesis: named(hypothesis, "simplest").to_owned(),
+            tree: Some(tree.clone()),
+            ..Default::default()
+        };
+        Ok(filled(self.graphs.clone().get_graph(request).await?.into_inner().graph))
     }
 
     async fn drawing(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<Vec<u8>> {
@@ -106,8 +119,8 @@ impl PlaceDoor for GrpcDoor {
 
 /// `session=..&planar=..&circles=..`
 fn asked(tree: &v1::TreeName) -> String {
-    let v1::TreeName { map: _, session, planar, circles } = tree;
-    format!("session={session}&planar={planar}&circles={circles}")
+    let v1::TreeName { map: _, session, planar, circles, metrical } = tree;
+    format!("session={session}&planar={planar}&circles={circles}&metrical={metrical}")
 }
 
 fn named<'a>(hypothesis: &'a str, alias: &'a str) -> &'a str {
@@ -142,6 +155,12 @@ impl PlaceDoor for RestDoor {
         let (map, id, asked) = (&tree.map, named(hypothesis, "simplest"), asked(tree));
         let body = self.get(&format!("/v1/maps/{map}/hypotheses/{id}?{asked}"))?;
         Ok(hypothesis_json::detail(&body))
+    }
+
+    async fn hypothesis_graph(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<v1::Graph> {
+        let (map, id, asked) = (&tree.map, named(hypothesis, "simplest"), asked(tree));
+        let body = self.get(&format!("/v1/maps/{map}/graph?hypothesis={id}&{asked}"))?;
+        Ok(graph_json::graph(&body))
     }
 
     async fn drawing(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<Vec<u8>> {

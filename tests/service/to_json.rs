@@ -117,6 +117,9 @@ fn observation(observation: &v1::Observation) -> Value {
                 "view_is_unique": visit.view_is_unique,
                 "length_m": visit.length_m,
                 "turned_rad": visit.turned_rad,
+                "moved": visit.moved.as_ref().map(|moved| json!({
+                    "x_m": moved.x_m, "y_m": moved.y_m, "theta_rad": moved.theta_rad,
+                })),
             }),
         ),
     };

@@ -142,7 +142,7 @@ impl Client {
         outlines: bool,
     ) -> Result<Graph, Error> {
         let (map, pruning) = (map.to_owned(), pruning.into());
-        let request = GetGraphRequest { map, version, pruning, outlines };
+        let request = GetGraphRequest { map, version, pruning, outlines, ..Default::default() };
         let mut graphs = GraphServiceClient::new(self.channel.clone())
             .max_decoding_message_size(ANSWER_BYTES_MAX);
         let response = graphs.get_graph(call(request)).await?;

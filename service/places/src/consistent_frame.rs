@@ -66,7 +66,8 @@ pub struct ConsistentFrame {
     pub n_degrees: usize,
     /// Greatest χ² of a map that fits.
     pub chi2_max: f64,
-    /// Whether steps had become small; a frame that is not settled contradicts nothing.
+    /// Whether steps had become small, or too small to get below `chi2_max` in as many again; a frame that
+    /// is not settled contradicts nothing.
     pub is_settled: bool,
 }
 
@@ -112,7 +113,8 @@ pub fn consistent_frame(
     let ways = ways(hypothesis, travel, records, params)?;
     let n_places = hypothesis.map.n_places();
     let mut state = dead_reckoned(n_places, &ways);
-    let (mut chi2, mut damping, mut is_settled) = (chi2(&state, &ways), DAMPING, false);
+    let (mut chi2, mut damping) = (chi2(&state, &ways), DAMPING);
+    let (mut gained, mut is_settled) = (f64::INFINITY, false);
     for _ in 0..params.n_steps_max {
         let (next, next_chi2) = loop {
             let next = stepped(&state, &ways, damping);
@@ -122,7 +124,7 @@ pub fn consistent_frame(
             }
             damping *= DAMPING_FACTOR;
         };
-        let gained = chi2 - next_chi2;
+        gained = chi2 - next_chi2;
         if let Some(next) = next.filter(|_| 0.0 <= gained) {
             (state, chi2) = (next, next_chi2);
         }
@@ -134,11 +136,14 @@ pub fn consistent_frame(
     }
     // Three of each way; two of each place but the first, and a heading of each visit but the first.
     let n_degrees = (2 * ways.len()).saturating_sub(2 * (n_places - 1));
+    let chi2_max = quantile(n_degrees, params.fits_up_to_sigmas);
+    // Frames that are far off creep for long. As many steps again, each as good as the last, change nothing.
+    is_settled |= gained * f64::from(params.n_steps_max) < chi2 - chi2_max;
     Some(ConsistentFrame {
         places: state.places.into_iter().map(Point2::from).collect(),
         chi2,
         n_degrees,
-        chi2_max: quantile(n_degrees, params.fits_up_to_sigmas),
+        chi2_max,
         is_settled,
     })
 }

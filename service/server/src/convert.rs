@@ -15,6 +15,7 @@ pub(crate) mod grey_png;
 pub(crate) mod grid;
 pub(crate) mod hypothesis;
 pub(crate) mod hypothesis_decision;
+pub(crate) mod hypothesis_graph;
 pub(crate) mod import;
 pub(crate) mod job;
 pub(crate) mod landmark;

@@ -130,6 +130,19 @@ pub enum Error {
     /// No map of that id fits the travel, or not any more.
     #[error("no hypothesis `{0}` fits the travel: it may have gone on, or have been refuted")]
     NoSuchHypothesis(String),
+    /// Visits are without odometry, so that there are no metres.
+    #[error("visits of this travel are without `moved`: its places have no common frame")]
+    TravelNotMeasured,
+    /// Too many visits, places and maps to lay out in one frame each.
+    #[error(
+        "{work} visits times places squared over all maps, at most {limit_work} are laid out by odometry"
+    )]
+    TravelTooLarge {
+        /// Visits times places squared, summed over the maps.
+        work: u64,
+        /// The limit.
+        limit_work: u64,
+    },
     /// Nobody has said that it is true.
     #[error("nobody has asserted hypothesis `{0}`")]
     HypothesisNotAsserted(String),
@@ -333,6 +346,8 @@ impl Error {
             Self::NothingSeen(_) => (Code::WrongState, "NOTHING_SEEN"),
             Self::NothingTravelled(_) => (Code::NotFound, "NOTHING_TRAVELLED"),
             Self::NoSuchHypothesis(_) => (Code::NotFound, "HYPOTHESIS_NOT_FOUND"),
+            Self::TravelNotMeasured => (Code::WrongState, "TRAVEL_NOT_MEASURED"),
+            Self::TravelTooLarge { .. } => (Code::TooLarge, "TRAVEL_TOO_LARGE"),
             Self::HypothesisNotAsserted(_) => (Code::WrongState, "HYPOTHESIS_NOT_ASSERTED"),
             Self::NotAllAround(_) => (Code::WrongState, "NOT_ALL_AROUND"),
             Self::NothingFired(_) => (Code::NotFound, "NOTHING_FIRED"),
@@ -385,6 +400,9 @@ impl Error {
             }
             Self::MatrixTooLarge { limit_pairs, .. } => {
                 vec![("limit_pairs", limit_pairs.to_string())]
+            }
+            Self::TravelTooLarge { limit_work, .. } => {
+                vec![("limit_work", limit_work.to_string())]
             }
             _ => Vec::new(),
         }

@@ -17,6 +17,7 @@ mod grids;
 mod health;
 mod home;
 mod hypotheses;
+mod hypothesis_frame;
 mod hypothesis_tree;
 mod idempotency;
 mod imports;

@@ -41,6 +41,9 @@ pub struct HypothesesArgs {
     /// Ways may come back to a place that they pass: corridors in a circle
     #[arg(long)]
     circles: bool,
+    /// Maps whose places cannot lie in one frame as odometry says are left out
+    #[arg(long, requires = "map")]
+    metrical: bool,
     /// Maps kept at most; what is given up on is told
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     limit: u32,
@@ -56,10 +59,11 @@ pub struct HypothesesArgs {
 /// # Errors
 /// If the travel cannot be read, no map fits it, or nobody told of it.
 pub async fn run(args: &HypothesesArgs) -> anyhow::Result<()> {
-    let HypothesesArgs { map, session, planar, circles, show, png, server, .. } = args;
+    let HypothesesArgs { map, session, planar, circles, metrical, show, png, server, .. } = args;
     if let Some(map) = map {
         let (map, session) = (map.clone(), session.clone());
-        let tree = v1::TreeName { map, session, planar: *planar, circles: *circles };
+        let tree =
+            v1::TreeName { map, session, planar: *planar, circles: *circles, metrical: *metrical };
         let shown = Shown { tree, n_maps: *show, json: server.json, png: png.as_deref() };
         return map_hypotheses::show(&server.client()?, shown).await;
     }

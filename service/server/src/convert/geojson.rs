@@ -10,8 +10,10 @@ use serde_json::{Map, Value, json};
 
 /// A graph with outlines as a feature collection with all attributes.
 pub(crate) fn geojson(graph: &v1::Graph) -> Value {
-    let v1::Graph { map, map_version, cost_revision, pruning: _, regions, arcs, ended } = graph;
-    let polygons = regions.iter().map(polygon);
+    let v1::Graph { map, map_version, cost_revision, pruning: _, regions, arcs, ended, hypothesis } =
+        graph;
+    // Places are points.
+    let polygons = regions.iter().filter(|_| hypothesis.is_empty()).map(polygon);
     let centers = regions.iter().map(center);
     let features: Vec<Value> = polygons.chain(centers).chain(arcs.iter().map(line)).collect();
     let ended = ended.iter().map(|v1::EndedRegion { region, map_version, heirs }| {
@@ -24,7 +26,8 @@ pub(crate) fn geojson(graph: &v1::Graph) -> Value {
     json!({
         "type": "FeatureCollection",
         "name": "graph",
-        "frame": "map",
+        "frame": if hypothesis.is_empty() { "map" } else { "hypothesis" },
+        "hypothesis": hypothesis,
         "unit": "metre",
         "map": map,
         "map_version": map_version,

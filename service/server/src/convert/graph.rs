@@ -37,6 +37,7 @@ pub(crate) fn to_wire(
         regions,
         arcs: arcs.collect(),
         ended: Vec::new(),
+        hypothesis: String::new(),
     }
 }
 

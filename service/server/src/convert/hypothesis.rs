@@ -1,8 +1,9 @@
 //! Maps of places on the wire.
 
+use meetpoint_geometry::Point2;
 use meetpoint_places::{
-    Assumptions, Decision, EdgeRecords, Errand, Gateway, Hypothesis, Leg, Observation, Place,
-    PlaceId, Selection, first_difference,
+    Assumptions, ConsistentFrame, Decision, EdgeRecords, Errand, Gateway, Hypothesis, Leg,
+    Observation, Place, PlaceId, Selection, first_difference,
 };
 use meetpoint_proto::v1;
 
@@ -11,7 +12,7 @@ use crate::hypotheses::{Assertion, Travelled, Tree, hypothesis_id};
 
 /// What a tree is asked for by.
 pub(crate) fn assumptions(name: &v1::TreeName) -> Assumptions {
-    let v1::TreeName { map: _, session: _, planar, circles } = name;
+    let v1::TreeName { map: _, session: _, planar, circles, metrical: _ } = name;
     Assumptions { has_ordered_paths: !circles, is_planar: *planar }
 }
 
@@ -49,6 +50,8 @@ pub(crate) fn tree(name: v1::TreeName, travelled: &Travelled, tree: &Tree) -> v1
         given_up: maps.n_given_up(),
         truncated: maps.is_truncated(),
         assertions: tree.assertions().iter().map(assertion).collect(),
+        contradicted: tree.n_contradicted(),
+        unmeasured: tree.is_unmeasured(),
     }
 }
 
@@ -162,6 +165,23 @@ pub(crate) fn paths(of: &Hypothesis) -> Vec<v1::HypothesisPath> {
         places: places.into_iter().map(|place| place.0).collect(),
     };
     of.map.paths().into_iter().map(path).collect()
+}
+
+/// Where the places of a map lie by odometry.
+pub(crate) fn frame(of: &ConsistentFrame) -> v1::HypothesisFrame {
+    let ConsistentFrame { places, chi2, n_degrees, chi2_max, is_settled } = of;
+    v1::HypothesisFrame {
+        places: places.iter().map(|&at| point(at)).collect(),
+        chi2: *chi2,
+        degrees: small(*n_degrees),
+        chi2_max: *chi2_max,
+        contradicted: of.is_contradicted(),
+        settled: *is_settled,
+    }
+}
+
+fn point(at: Point2<f64>) -> v1::Point {
+    v1::Point { x_m: at.x, y_m: at.y }
 }
 
 /// Gateways that nobody has been through, the nearest first.

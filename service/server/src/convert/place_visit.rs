@@ -1,5 +1,6 @@
 //! Visits to places on the wire.
 
+use meetpoint_geometry::Pose;
 use meetpoint_places::{Observation, Star, TravelRecord, View};
 use meetpoint_proto::v1;
 
@@ -19,7 +20,8 @@ type Rejected = (&'static str, String);
 
 /// A visit, or what is wrong with it.
 pub(crate) fn visit(wire: &v1::PlaceVisit) -> Result<Visit, Rejected> {
-    let v1::PlaceVisit { number, turn, star, view, view_is_unique, length_m, turned_rad } = wire;
+    let v1::PlaceVisit { number, turn, star, view, view_is_unique, length_m, turned_rad, moved } =
+        wire;
     // A letter and a sign for the control law each.
     if (2 * N_GATEWAYS_MAX as usize) < star.len() {
         return Err(("INVALID_STAR", format!("{} characters", star.len())));
@@ -42,10 +44,22 @@ pub(crate) fn visit(wire: &v1::PlaceVisit) -> Result<Visit, Rejected> {
     let record = TravelRecord {
         length_m: measured("length_m", *length_m, 0.0..=LENGTH_MAX_M)?,
         turned_rad: measured("turned_rad", *turned_rad, -TURNED_MAX_RAD..=TURNED_MAX_RAD)?,
-        // Robots do not tell it yet.
-        moved: None,
+        moved: moved.map(motion).transpose()?,
     };
     Ok(Visit { number: *number, turn, seen: Observation { star, view }, record })
+}
+
+fn motion(wire: v1::Pose) -> Result<Pose, Rejected> {
+    let v1::Pose { x_m, y_m, theta_rad } = wire;
+    let reach = -LENGTH_MAX_M..=LENGTH_MAX_M;
+    for (field, value, range) in [
+        ("moved.x_m", x_m, reach.clone()),
+        ("moved.y_m", y_m, reach),
+        ("moved.theta_rad", theta_rad, -TURNED_MAX_RAD..=TURNED_MAX_RAD),
+    ] {
+        measured(field, Some(value), range)?;
+    }
+    Ok(Pose::new(x_m, y_m, theta_rad))
 }
 
 fn measured(
@@ -69,6 +83,11 @@ mod tests {
 
     fn wire(star: &str) -> v1::PlaceVisit {
         v1::PlaceVisit { number: 1, turn: 2, star: star.to_owned(), ..Default::default() }
+    }
+
+    fn moved(x_m: f64) -> v1::PlaceVisit {
+        let moved = Some(v1::Pose { x_m, ..v1::Pose::default() });
+        v1::PlaceVisit { moved, ..wire("aa") }
     }
 
     fn code(wire: &v1::PlaceVisit) -> &'static str {
@@ -102,6 +121,9 @@ mod tests {
             (v1::PlaceVisit { length_m: Some(f64::NAN), ..wire("aa") }, "NOT_FINITE"),
             (v1::PlaceVisit { length_m: Some(-1.0), ..wire("aa") }, "OUT_OF_RANGE"),
             (v1::PlaceVisit { turned_rad: Some(1e3), ..wire("aa") }, "OUT_OF_RANGE"),
+            (moved(f64::INFINITY), "NOT_FINITE"),
+            (moved(1e5), "OUT_OF_RANGE"),
+            (moved(1e3), ""),
             (v1::PlaceVisit { number: 0, turn: 999, ..wire("aa") }, ""),
         ] {
             assert_eq!(code(&bad), expected, "{bad:?}");

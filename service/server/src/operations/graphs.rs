@@ -61,7 +61,15 @@ impl Service {
         &self,
         request: v1::GetGraphRequest,
     ) -> Result<v1::GetGraphResponse, Error> {
-        let v1::GetGraphRequest { map, version, pruning, outlines } = request;
+        let v1::GetGraphRequest { map, version, pruning, outlines, hypothesis, tree } = request;
+        if !hypothesis.is_empty() {
+            if version != 0 {
+                return Err(Error::field("version", "a hypothesis has no versions"));
+            }
+            let tree = v1::TreeName { map, ..tree.unwrap_or_default() };
+            let graph = self.hypothesis_graph(tree, hypothesis).await?;
+            return Ok(v1::GetGraphResponse { graph: Some(graph) });
+        }
         let pruning = v1::GraphPruning::try_from(pruning)
             .map_err(|_| Error::field("pruning", format!("{pruning} is no pruning")))?;
         let found = self.version_topology(&map, version).await?;

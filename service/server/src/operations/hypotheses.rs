@@ -8,12 +8,16 @@ use meetpoint_storage::{MapId, NewHypothesisDecision, SessionId};
 
 use super::maps::shortened;
 use super::page;
-use crate::convert::{hypothesis, hypothesis_decision, place_picture, session, slug};
-use crate::hypotheses::{Assertion, Travelled, Tree};
+use crate::convert::{
+    hypothesis, hypothesis_decision, hypothesis_graph, place_picture, session, slug,
+};
+use crate::hypotheses::{Assertion, Travelled, Tree, hypothesis_id};
 use crate::{clock, error::Error, service::Service};
 
 /// Batches read from the journal at once.
 const N_BATCHES_A_PAGE: u32 = 64;
+/// The name of the first of the maps where a graph is asked for.
+const SIMPLEST: &str = "simplest";
 /// Characters of a reason or an author.
 const TEXT_LEN_MAX: usize = 200;
 
@@ -73,7 +77,29 @@ impl Service {
                 at_place: map.at.place.0,
                 at_gateway: map.at.index.into(),
                 agenda: hypothesis::agenda(map),
+                frame: tree.frame(map, &travelled.records()).ok().as_ref().map(hypothesis::frame),
                 png,
+            })
+        })
+        .await
+    }
+
+    /// One map in the words of a graph of regions.
+    pub(crate) async fn hypothesis_graph(
+        &self,
+        name: v1::TreeName,
+        id: String,
+    ) -> Result<v1::Graph, Error> {
+        let id = if id == SIMPLEST { String::new() } else { id };
+        let asked = self.asked(Some(name)).await?;
+        self.with_tree(asked, move |name, travelled, tree| {
+            let found @ (_, map) = found(travelled, tree, &id)?;
+            let edges = edges(travelled, tree, map)?;
+            let frame = tree.frame(map, &travelled.records())?;
+            Ok(v1::Graph {
+                map: name.map,
+                hypothesis: hypothesis::hypothesis(travelled, tree, found).id,
+                ..hypothesis_graph::to_wire(map, &frame, &edges)
             })
         })
         .await
@@ -90,7 +116,16 @@ impl Service {
         let (map, session, name) = (asked.map.clone(), asked.session, asked.name.clone());
         let assumptions = hypothesis::assumptions(&asked.name);
         let said = self
-            .with_tree(asked, move |_, travelled, _| travelled.assertion(assumptions, &id))
+            .with_tree(asked, move |_, travelled, tree| {
+                // Odometry may speak against the first of those that are not metrical.
+                let id = if id.is_empty() {
+                    let (_, first) = found(travelled, tree, &id)?;
+                    hypothesis_id(travelled.session(), &tree.told(first))
+                } else {
+                    id
+                };
+                travelled.assertion(assumptions, &id)
+            })
             .await?;
         if let Some(said) = said {
             let said = Assertion { reason, author, time_ns: clock::now_ns(), ..said };
@@ -227,6 +262,10 @@ impl Service {
             travelled.grow(assumptions);
             let nothing = || Error::NothingTravelled(map.0.clone());
             let tree = travelled.tree(assumptions).ok_or_else(nothing)?;
+            if name.metrical {
+                let tree = tree.metrical(&travelled.records())?;
+                return answer(name, &travelled, &tree);
+            }
             answer(name, &travelled, tree)
         });
         answering.await.map_err(|error| {

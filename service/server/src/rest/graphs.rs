@@ -34,6 +34,9 @@ pub(crate) struct Graph {
     arcs: Vec<Arc>,
     /// Regions that the version before had and this one does not.
     ended: Vec<EndedRegion>,
+    /// Id of the hypothesis whose places and edges these are, in a frame of their own; absent of a version.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    hypothesis: String,
 }
 
 /// A way from one region to another, across a critical line.
@@ -56,7 +59,16 @@ pub(crate) struct Arc {
 impl From<v1::Graph> for Graph {
     fn from(wire: v1::Graph) -> Self {
         let pruned = pruning_name(wire.pruning());
-        let v1::Graph { map, map_version, cost_revision, pruning: _, regions, arcs, ended } = wire;
+        let v1::Graph {
+            map,
+            map_version,
+            cost_revision,
+            pruning: _,
+            regions,
+            arcs,
+            ended,
+            hypothesis,
+        } = wire;
         Self {
             map,
             map_version: Unsigned64(map_version),
@@ -65,6 +77,7 @@ impl From<v1::Graph> for Graph {
             regions: regions.into_iter().map(Region::from).collect(),
             arcs: arcs.into_iter().map(Arc::from).collect(),
             ended: ended.into_iter().map(EndedRegion::from).collect(),
+            hypothesis,
         }
     }
 }
@@ -123,6 +136,10 @@ impl From<GraphPruning> for v1::GraphPruning {
 #[derive(Debug, Deserialize, IntoParams)]
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a word of the question, and of the wire"
+)]
 pub(crate) struct GraphQuery {
     /// `json` is the default.
     #[serde(default)]
@@ -138,12 +155,33 @@ pub(crate) struct GraphQuery {
     /// Whether regions are to have outlines; in GeoJSON they always do.
     #[serde(default)]
     outlines: bool,
+    /// The graph of a map of places in place of a version's: its id, or `simplest`. Its regions are places,
+    /// its arcs edges, in a frame of their own. Not together with `version`; there is nothing to prune, and
+    /// there are no outlines.
+    #[serde(default)]
+    #[param(example = "simplest")]
+    hypothesis: String,
+    /// With `hypothesis`: id of the session; absent or empty for the one that was opened last of those that
+    /// told of visits.
+    #[serde(default)]
+    session: String,
+    /// With `hypothesis`: no two ways cross but at places.
+    #[serde(default)]
+    planar: bool,
+    /// With `hypothesis`: ways may come back to a place that they pass.
+    #[serde(default)]
+    circles: bool,
+    /// With `hypothesis`: maps against which odometry speaks are left out.
+    #[serde(default)]
+    metrical: bool,
 }
 
 /// The topological graph of a version.
 ///
 /// `GRAPH_NOT_MADE` of a version that an older program made, `MAP_TOO_LARGE` of one with more cells than
-/// graphs are made of. The entity tag stands for version, pruning and format.
+/// graphs are made of. Of a hypothesis `TRAVEL_NOT_MEASURED` where visits are without odometry,
+/// `TRAVEL_TOO_LARGE` where there are too many places and visits to lay them out. The entity
+/// tag stands for version, pruning and format; a hypothesis has none.
 #[utoipa::path(
     get,
     path = "/v1/maps/{map}/graph",
@@ -167,8 +205,30 @@ pub(super) async fn get_graph(
     headers: HeaderMap,
 ) -> Result<Response, Refusal> {
     let MapPath { map } = path;
-    let GraphQuery { format, version, pruned, outlines } = query;
+    let GraphQuery {
+        format,
+        version,
+        pruned,
+        outlines,
+        hypothesis,
+        session,
+        planar,
+        circles,
+        metrical,
+    } = query;
     let asked = version.as_deref().map_or(Ok(0), version_number)?;
+    if !hypothesis.is_empty() {
+        let tree = v1::TreeName { map: map.clone(), session, planar, circles, metrical };
+        let request = v1::GetGraphRequest {
+            map,
+            version: asked,
+            hypothesis,
+            tree: Some(tree),
+            ..Default::default()
+        };
+        let graph = filled(rest.service.get_graph(request).await?.graph, "graph")?;
+        return drawn(graph, format).await;
+    }
     let cost_revision = rest.service.map_record(&map).await?.cost_revision;
     let version = rest.service.version_record(&map, asked).await?;
     let tag = EntityTag::of(
@@ -190,20 +250,25 @@ pub(super) async fn get_graph(
         version: version.number,
         pruning: v1::GraphPruning::from(pruned).into(),
         outlines: outlines || format == GraphFormat::Geojson,
+        ..Default::default()
     };
     let graph = filled(rest.service.get_graph(request).await?.graph, "graph")?;
     let cost_revision = graph.cost_revision;
-    let mut response = match format {
-        GraphFormat::Json => ok_long(Graph::from(graph)).await?,
-        GraphFormat::Geojson => {
-            let drawn = tokio::task::spawn_blocking(move || geojson(&graph)).await;
-            ok_long(drawn.map_err(Error::internal)?).await?
-        }
-    };
+    let mut response = drawn(graph, format).await?;
     for (name, number) in
         [("meetpoint-map-version", version.number), ("meetpoint-cost-revision", cost_revision)]
     {
         response.headers_mut().insert(HeaderName::from_static(name), HeaderValue::from(number));
     }
     Ok(tag.on(response))
+}
+
+async fn drawn(graph: v1::Graph, format: GraphFormat) -> Result<Response, Refusal> {
+    match format {
+        GraphFormat::Json => Ok(ok_long(Graph::from(graph)).await?),
+        GraphFormat::Geojson => {
+            let drawn = tokio::task::spawn_blocking(move || geojson(&graph)).await;
+            Ok(ok_long(drawn.map_err(Error::internal)?).await?)
+        }
+    }
 }

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::{IntoParams, ToSchema};
 
 use super::Rest;
+use super::hypothesis_frame::HypothesisFrame;
 use super::hypothesis_tree::{Hypothesis, HypothesisPlace, HypothesisTree, Rehearsal};
 use super::maps::MapPath;
 use super::openapi::{ChangeProblems, ReadProblems};
@@ -34,12 +35,15 @@ pub(crate) struct TreeQuery {
     /// Ways may come back to a place that they pass: corridors in a circle.
     #[serde(default)]
     pub(super) circles: bool,
+    /// Maps whose places cannot lie in one frame as odometry says (`moved` of visits) are left out.
+    #[serde(default)]
+    pub(super) metrical: bool,
 }
 
 /// As messages name it.
 pub(super) fn tree(map: String, query: TreeQuery) -> v1::TreeName {
-    let TreeQuery { session, planar, circles } = query;
-    v1::TreeName { map, session, planar, circles }
+    let TreeQuery { session, planar, circles, metrical } = query;
+    v1::TreeName { map, session, planar, circles, metrical }
 }
 
 /// Which maps are asked for.
@@ -56,6 +60,9 @@ pub(crate) struct HypothesesQuery {
     /// Ways may come back to a place that they pass: corridors in a circle.
     #[serde(default)]
     circles: bool,
+    /// Maps whose places cannot lie in one frame as odometry says (`moved` of visits) are left out.
+    #[serde(default)]
+    metrical: bool,
     /// Rows wanted: 0 or absent for the default of 100; cut at 1000.
     #[serde(default)]
     #[param(minimum = 0, maximum = 4_294_967_295_u32, example = 100)]
@@ -92,6 +99,9 @@ pub(crate) struct HypothesisQuery {
     /// Ways may come back to a place that they pass: corridors in a circle.
     #[serde(default)]
     circles: bool,
+    /// Maps whose places cannot lie in one frame as odometry says (`moved` of visits) are left out.
+    #[serde(default)]
+    metrical: bool,
     /// JSON if absent.
     #[serde(default)]
     #[param(inline)]
@@ -207,6 +217,11 @@ pub(crate) struct HypothesisDetail {
     at_gateway: u32,
     /// Gateways that nobody has been through, the nearest first.
     agenda: Vec<AgendaItem>,
+    /// Where places lie by odometry; absent unless every visit but the first has `moved`, and of too large a
+    /// map (more than 100 million visits times places squared).
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    frame: Option<HypothesisFrame>,
 }
 
 /// The maps of places that fit a travel.
@@ -226,8 +241,8 @@ pub(super) async fn list_hypotheses(
     Path(path): Path<MapPath>,
     Query(query): Query<HypothesesQuery>,
 ) -> Result<Response, Refusal> {
-    let HypothesesQuery { session, planar, circles, page_size, page_token } = query;
-    let tree = Some(tree(path.map, TreeQuery { session, planar, circles }));
+    let HypothesesQuery { session, planar, circles, metrical, page_size, page_token } = query;
+    let tree = Some(tree(path.map, TreeQuery { session, planar, circles, metrical }));
     let request = v1::ListHypothesesRequest { tree, page_size, page_token };
     let told = rest.service.list_hypotheses(request).await?;
     Ok(ok(&HypothesisList::from(told)))
@@ -252,9 +267,9 @@ pub(super) async fn get_hypothesis(
     Path(path): Path<HypothesisPath>,
     Query(query): Query<HypothesisQuery>,
 ) -> Result<Response, Refusal> {
-    let HypothesisQuery { session, planar, circles, format } = query;
+    let HypothesisQuery { session, planar, circles, metrical, format } = query;
     let (map, hypothesis) = path.named();
-    let tree = Some(tree(map, TreeQuery { session, planar, circles }));
+    let tree = Some(tree(map, TreeQuery { session, planar, circles, metrical }));
     let picture = format == HypothesisFormat::Png;
     let request = v1::GetHypothesisRequest { tree, hypothesis, picture };
     let v1::GetHypothesisResponse {
@@ -266,6 +281,7 @@ pub(super) async fn get_hypothesis(
         agenda,
         png,
         paths,
+        frame,
     } = rest.service.get_hypothesis(request).await?;
     if picture {
         return Ok(([(header::CONTENT_TYPE, "image/png")], png).into_response());
@@ -282,6 +298,7 @@ pub(super) async fn get_hypothesis(
         at_place,
         at_gateway,
         agenda: agenda.collect(),
+        frame: frame.map(HypothesisFrame::from),
     }))
 }
 

@@ -8,6 +8,10 @@ use super::integer::{Signed64, Unsigned64};
 
 /// All maps of places that fit a travel.
 #[derive(Debug, Serialize, ToSchema)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a word of the question, and of the wire"
+)]
 pub(crate) struct HypothesisTree {
     /// Id of the map.
     map: String,
@@ -17,6 +21,8 @@ pub(crate) struct HypothesisTree {
     planar: bool,
     /// Whether ways were allowed to come back to a place that they pass.
     circles: bool,
+    /// Whether maps were left out whose places cannot lie in one frame as odometry says.
+    metrical: bool,
     /// Visits that it is made of: the number of the next one.
     visits: u32,
     /// Visits that were told of and are not in it.
@@ -36,6 +42,10 @@ pub(crate) struct HypothesisTree {
     truncated: bool,
     /// What people said of it, in order; what was taken back is left out.
     assertions: Vec<HypothesisAssertion>,
+    /// Maps that fit but for odometry, and are left out, where the tree is metrical.
+    contradicted: Unsigned64,
+    /// Whether the tree was to be metrical and visits are without odometry.
+    unmeasured: bool,
 }
 
 impl From<v1::HypothesisTree> for HypothesisTree {
@@ -51,13 +61,16 @@ impl From<v1::HypothesisTree> for HypothesisTree {
             given_up,
             truncated,
             assertions,
+            contradicted,
+            unmeasured,
         } = wire;
-        let v1::TreeName { map, session, planar, circles } = name.unwrap_or_default();
+        let v1::TreeName { map, session, planar, circles, metrical } = name.unwrap_or_default();
         Self {
             map,
             session,
             planar,
             circles,
+            metrical,
             visits,
             visits_left_out,
             left_out_reason,
@@ -67,6 +80,8 @@ impl From<v1::HypothesisTree> for HypothesisTree {
             given_up: Unsigned64(given_up),
             truncated,
             assertions: assertions.into_iter().map(HypothesisAssertion::from).collect(),
+            contradicted: Unsigned64(contradicted),
+            unmeasured,
         }
     }
 }

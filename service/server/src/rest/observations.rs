@@ -240,11 +240,16 @@ pub(crate) struct PlaceVisit {
     /// By how much the robot's heading changed on that way, radians counter-clockwise; at most 100.
     #[serde(default)]
     turned_rad: Option<f64>,
+    /// Where odometry has the robot at this visit, seen from its pose at the visit before: x forward, y
+    /// left. Absent where there is no odometry, and in visit 0. What makes a tree `metrical`.
+    #[serde(default)]
+    moved: Option<Pose>,
 }
 
 impl From<PlaceVisit> for Kind {
     fn from(visit: PlaceVisit) -> Self {
-        let PlaceVisit { number, turn, star, view, view_is_unique, length_m, turned_rad } = visit;
+        let PlaceVisit { number, turn, star, view, view_is_unique, length_m, turned_rad, moved } =
+            visit;
         Self::PlaceVisit(v1::PlaceVisit {
             number,
             turn,
@@ -253,6 +258,7 @@ impl From<PlaceVisit> for Kind {
             view_is_unique,
             length_m,
             turned_rad,
+            moved: moved.map(v1::Pose::from),
         })
     }
 }

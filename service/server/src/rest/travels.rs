@@ -29,6 +29,9 @@ pub(crate) struct TravelQuery {
     /// Ways may come back to a place that they pass: corridors in a circle.
     #[serde(default)]
     circles: bool,
+    /// Maps whose places cannot lie in one frame as odometry says (`moved` of visits) are left out.
+    #[serde(default)]
+    metrical: bool,
     /// Number of a place; absent for where the robot is.
     from: Option<u32>,
     /// Number of a place.
@@ -70,6 +73,9 @@ pub(crate) struct NextTravelQuery {
     /// Ways may come back to a place that they pass: corridors in a circle.
     #[serde(default)]
     circles: bool,
+    /// Maps whose places cannot lie in one frame as odometry says (`moved` of visits) are left out.
+    #[serde(default)]
+    metrical: bool,
     /// Of gateways that are equally near: `LEAST_ROTATION` if absent, or `MOST_ROTATION`.
     #[serde(default)]
     #[param(inline)]
@@ -164,9 +170,9 @@ pub(super) async fn plan_travel(
     Path(path): Path<HypothesisPath>,
     Query(query): Query<TravelQuery>,
 ) -> Result<Response, Refusal> {
-    let TravelQuery { session, planar, circles, from: from_place, to: to_place } = query;
+    let TravelQuery { session, planar, circles, metrical, from: from_place, to: to_place } = query;
     let (map, hypothesis) = path.named();
-    let tree = Some(tree(map, TreeQuery { session, planar, circles }));
+    let tree = Some(tree(map, TreeQuery { session, planar, circles, metrical }));
     let request = v1::PlanTravelRequest { tree, hypothesis, from_place, to_place };
     let v1::PlanTravelResponse { tree, hypothesis, code, legs, length_m } =
         rest.service.plan_travel(request).await?;
@@ -198,8 +204,8 @@ pub(super) async fn get_next_travel(
     Path(path): Path<MapPath>,
     Query(query): Query<NextTravelQuery>,
 ) -> Result<Response, Refusal> {
-    let NextTravelQuery { session, planar, circles, selection } = query;
-    let tree = Some(tree(path.map, TreeQuery { session, planar, circles }));
+    let NextTravelQuery { session, planar, circles, metrical, selection } = query;
+    let tree = Some(tree(path.map, TreeQuery { session, planar, circles, metrical }));
     let selection = v1::TravelSelection::from(selection).into();
     let request = v1::GetNextTravelRequest { tree, selection };
     let v1::GetNextTravelResponse { tree, errand, turns, place, gateway } =
