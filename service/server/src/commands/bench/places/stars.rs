@@ -1,4 +1,4 @@
-//! The stars of the drawn office, every one of them, and their picture: `docs/stars.png`.
+//! The stars of the drawn office, every one of them, and their picture: `service/places/stars.png`.
 
 use std::path::Path;
 
