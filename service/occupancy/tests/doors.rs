@@ -1,9 +1,7 @@
 //! Doors told from what changed for good, from people, and from noise.
 
 use meetpoint_geometry::{GridFrame, Point2, Pose};
-use meetpoint_occupancy::{
-    BeamModel, Door, DoorParams, Grid, LaserGeometry, ScanMarks, Tile, doors,
-};
+use meetpoint_occupancy::{BeamModel, Door, DoorParams, Grid, ScanMarks, Tile, doors};
 use meetpoint_sim::{Building, ChaCha8Rng, Laser, Person, route};
 use rand::{RngExt, SeedableRng};
 
@@ -55,13 +53,7 @@ impl Mapped {
         let places = self.building.places(places).expect("drawn places");
         let path = route(&self.building, &places, 0.35).expect("a way");
         let laser = Laser::INDOOR;
-        let geometry = LaserGeometry {
-            angle_min_rad: laser.angle_min_rad,
-            angle_increment_rad: laser.angle_increment_rad,
-            n_beams: laser.n_beams,
-            range_min_m: laser.range_min_m,
-            range_max_m: laser.range_max_m,
-        };
+        let geometry = laser.geometry();
         for pair in path.windows(2).step_by(N_POINTS_PER_SCAN) {
             let step = pair[1] - pair[0];
             let robot = Pose::new(pair[0].x, pair[0].y, step.y.atan2(step.x));

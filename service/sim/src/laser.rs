@@ -3,6 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use meetpoint_geometry::Pose;
+use meetpoint_occupancy::LaserGeometry;
 use rand::{Rng, RngExt};
 use rand_distr::StandardNormal;
 
@@ -67,6 +68,13 @@ impl Laser {
         range_max_m: 20.0,
         noise: LaserNoise::INDOOR,
     };
+
+    /// How it scans, as a robot declares it.
+    pub fn geometry(&self) -> LaserGeometry {
+        let &Self { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m, .. } =
+            self;
+        LaserGeometry { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m }
+    }
 
     /// One sweep from a robot at that pose of the building's frame: metres, one a beam; `+inf`
     /// where nothing came back and `-inf` where a wall is too close (REP 117).

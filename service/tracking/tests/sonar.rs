@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use meetpoint_geometry::Pose;
-use meetpoint_occupancy::{LaserGeometry, SonarRing};
+use meetpoint_occupancy::SonarRing;
 use meetpoint_sim::{Building, ChaCha8Rng, Laser, SonarRing as Sonars, hall, route};
 use meetpoint_tracking::{
     LiveMap, MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig,
@@ -26,10 +26,7 @@ fn ring(sonars: &Sonars) -> Sensor {
 }
 
 fn laser() -> Sensor {
-    let Laser { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m, .. } =
-        Laser::INDOOR;
-    let geometry =
-        LaserGeometry { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m };
+    let geometry = Laser::INDOOR.geometry();
     let robot_from_sensor = Laser::INDOOR.robot_from_laser;
     Sensor { robot_from_sensor, kind: SensorKind::Laser(geometry) }
 }

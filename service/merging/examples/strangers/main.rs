@@ -8,11 +8,8 @@
 //!
 //! What is merged more than a metre from the truth, or where there is none, is `FALSE`.
 
-#[path = "../halves/cpu.rs"]
 mod cpu;
-#[path = "../halves/drive.rs"]
 mod drive;
-#[path = "../halves/log.rs"]
 mod log;
 mod plan;
 mod trial;

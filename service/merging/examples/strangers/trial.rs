@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use meetpoint_geometry::{Point2, Pose};
 use meetpoint_merging::{AlignmentParams, AlignmentSearch, Alignments, MergeRules, Part, Verdict};
-use meetpoint_occupancy::{Grid, LaserGeometry};
+use meetpoint_occupancy::Grid;
 use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick};
 use meetpoint_tracking::{
     LiveMap, MappingParams, Observation, ObservationKind, Sensor, SensorKind, SessionConfig,
@@ -48,13 +48,7 @@ pub(crate) fn driven(
     let drive = Drive::new(&building, robot, waypoints, 0, rng).ok_or("no such way")?;
     let way_m = drive.length_m();
     let laser = &robot.laser;
-    let geometry = LaserGeometry {
-        angle_min_rad: laser.angle_min_rad,
-        angle_increment_rad: laser.angle_increment_rad,
-        n_beams: laser.n_beams,
-        range_min_m: laser.range_min_m,
-        range_max_m: laser.range_max_m,
-    };
+    let geometry = laser.geometry();
     let kind = SensorKind::Laser(geometry);
     let sensor = Sensor { robot_from_sensor: laser.robot_from_laser, kind };
     let map_from_start = start.unwrap_or(drive.truth());

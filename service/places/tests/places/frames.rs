@@ -6,6 +6,7 @@ use meetpoint_places::{
     consistent_frame, sightings,
 };
 use meetpoint_sim::ChaCha8Rng;
+use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 
 const FLOOR: &str = "
@@ -154,4 +155,30 @@ fn what_odometry_speaks_against_can_be_left_out() {
     assert!(0 < n_left_out, "some are");
     assert_eq!(tree.hypotheses().len() + n_left_out, maps.len(), "and the others stay");
     assert!(tree.hypotheses().contains(&maps[index]), "the true one is among them");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever odometry says, of whichever map: the frame is of numbers, and no worse than dead reckoning.
+    #[test]
+    fn odometry_may_say_anything(
+        moved in prop::collection::vec((-1.0e4..1.0e4_f64, -1.0e4..1.0e4_f64, -700.0..700.0_f64), 14),
+        scale in prop_oneof![Just(1.0), Just(1.0e-3), Just(0.0)],
+        map in 0..1000_usize,
+    ) {
+        let (travel, maps, _) = maps();
+        let record = |(x, y, theta): (f64, f64, f64)| TravelRecord {
+            moved: Some(Pose::new(scale * x, scale * y, scale * theta)),
+            ..TravelRecord::default()
+        };
+        let records: Vec<TravelRecord> = moved.into_iter().map(record).collect();
+        let map = &maps[map % maps.len()];
+        let frame = consistent_frame(map, &travel, &records, &PARAMS).expect("measured");
+        let hasty = FrameParams { n_steps_max: 0, ..PARAMS };
+        let reckoned = consistent_frame(map, &travel, &records, &hasty).expect("measured");
+        prop_assert!(0.0 <= frame.chi2 && frame.chi2 <= reckoned.chi2, "{frame:?} {reckoned:?}");
+        prop_assert!(frame.places.iter().all(|at| at.x.is_finite() && at.y.is_finite()), "{frame:?}");
+        prop_assert_eq!(frame.places.len(), map.map.n_places());
+    }
 }

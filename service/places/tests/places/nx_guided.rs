@@ -1,11 +1,13 @@
 //! NX told step by step, as a service tells it: all that is known of its motions is its odometry.
 
 use meetpoint_geometry::Pose;
+use meetpoint_places::PlaceId;
 use meetpoint_places::qualitative::{
     Command, Explorer, ExplorerParams, ExplorerState, Firing, Guide, GuideParams,
 };
 use meetpoint_places::{Gateway, Observation, PlaceMap, World, is_isomorphic};
 use meetpoint_sim::{ChaCha8Rng, Nx, NxSenses, OdometryError, nx_worlds};
+use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
 
 /// Firings after which an exploration counts as not complete.
@@ -105,4 +107,53 @@ fn what_it_has_before_it_is_told() {
     assert!(outlook.measures.lateral_m < 6.0, "between walls: {:?}", outlook.measures);
     assert_eq!(outlook.ring.heading_rad(0), outlook.heading_rad, "from where it looks");
     assert_eq!(guide.explorer().rehearsing(), None, "nothing is left to be tested");
+}
+
+/// Readings of sixteen cones from nothing heard to nothing there, as a service takes them in.
+fn any_ring() -> impl Strategy<Value = Vec<f64>> {
+    let range_m =
+        prop_oneof![4 => 0.0..8.0_f64, 1 => Just(0.0), 1 => Just(f64::INFINITY), 1 => 1.0..1.2_f64];
+    prop::collection::vec(range_m, 16)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever a robot sends, whatever it does of what it is told, and whatever people mark: it is told a
+    /// motion of a length, and all that can be asked is answered.
+    #[test]
+    fn whatever_it_hears_it_is_told_a_motion(
+        rings in prop::collection::vec(any_ring(), 1..12),
+        sent in prop::collection::vec((0..12_usize, 0..8_u8, -1.0e5..1.0e5_f64, any::<bool>()), 1..400),
+        has_compass in any::<bool>(),
+    ) {
+        let params = if has_compass { ExplorerParams::NX } else { ExplorerParams::NX_WITHOUT_COMPASS };
+        let mut guide = Guide::new(Explorer::new(params), GuideParams::WHEELS);
+        let mut odometry = Pose::IDENTITY;
+        for (ring, does, far, sees_home) in sent {
+            odometry = match (does, guide.next()) {
+                (0, _) => Pose::new(far, -far, far),
+                (2.., Command::Turn { by_rad }) => odometry * Pose::new(0.0, 0.0, by_rad),
+                (2.., Command::Move { by_m }) => odometry * Pose::new(by_m, 0.0, 0.0),
+                (1, _) | (2.., Command::Look | Command::Done) => odometry,
+            };
+            let ranges_m = &rings[ring % rings.len()][..];
+            guide.take_in(&Firing { ranges_m, odometry_from_robot: odometry, sees_home });
+            if does == 2 {
+                guide.explorer_mut().mark_home(PlaceId(u32::from(does)), sees_home);
+            }
+            let is_motion = match guide.next() {
+                Command::Turn { by_rad } => by_rad.is_finite(),
+                Command::Move { by_m } => by_m.is_finite(),
+                Command::Look | Command::Done => true,
+            };
+            prop_assert!(is_motion, "{:?}", guide.next());
+        }
+        let explorer = guide.explorer();
+        prop_assert!(explorer.outlook().is_some(), "it fired");
+        let n_places = explorer.graph().map().n_places();
+        prop_assert!(explorer.graph().edges().iter().all(|edge| {
+            edge.ends.iter().all(|end| (end.place.0 as usize) < n_places)
+        }), "edges join places that are there");
+    }
 }

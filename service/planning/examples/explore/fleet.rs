@@ -1,7 +1,6 @@
 //! Robots that share a map and explore it.
 
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_occupancy::LaserGeometry;
 use meetpoint_planning::{Errand, Exploration, ExplorationParams, Known, exploration_rectangle};
 use meetpoint_sim::{ChaCha8Rng, Drive, Robot, Tick};
 use meetpoint_tracking::{
@@ -184,12 +183,6 @@ fn observed(tick: &Tick) -> impl Iterator<Item = ObservationKind> {
 
 fn laser() -> Sensor {
     let laser = ROBOT.laser;
-    let geometry = LaserGeometry {
-        angle_min_rad: laser.angle_min_rad,
-        angle_increment_rad: laser.angle_increment_rad,
-        n_beams: laser.n_beams,
-        range_min_m: laser.range_min_m,
-        range_max_m: laser.range_max_m,
-    };
+    let geometry = laser.geometry();
     Sensor { robot_from_sensor: laser.robot_from_laser, kind: SensorKind::Laser(geometry) }
 }

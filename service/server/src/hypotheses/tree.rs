@@ -10,9 +10,9 @@ use super::assertion::{Assertion, hypothesis_id};
 use super::travelled::Visit;
 use crate::error::Error;
 
-/// Visits times places squared, summed over maps, up to which their frames are computed for one answer. A
-/// million takes 40 to 65 ms where steps soon become small, so that an answer takes some seconds: thirty
-/// places, 300 visits and all 300 maps that are kept; or one map of 200 places and 2000 visits.
+/// Visits times places squared, summed over maps, up to which their frames are computed for one answer:
+/// the time of a step of all frames grows with it, and the answer keeps others of its kind waiting. Enough
+/// for thirty places, 300 visits and all 300 maps that are kept; or for one map of 200 places and 2000 visits.
 const FRAME_WORK_MAX: u64 = 100_000_000;
 
 /// All maps that fit the visits so far, under some assumptions.

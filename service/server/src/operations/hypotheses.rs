@@ -1,7 +1,7 @@
 //! Maps of places that fit a session's travel: looked at, asserted, driven by.
 
 use meetpoint_places::{
-    EdgeRecords, Gateway, Hypothesis, PlaceId, next_decision, next_errand, route,
+    ConsistentFrame, EdgeRecords, Gateway, Hypothesis, PlaceId, next_decision, next_errand, route,
 };
 use meetpoint_proto::v1;
 use meetpoint_storage::{MapId, NewHypothesisDecision, SessionId};
@@ -77,7 +77,7 @@ impl Service {
                 at_place: map.at.place.0,
                 at_gateway: map.at.index.into(),
                 agenda: hypothesis::agenda(map),
-                frame: tree.frame(map, &travelled.records()).ok().as_ref().map(hypothesis::frame),
+                frame: frame_if_any(tree.frame(map, &travelled.records()))?,
                 png,
             })
         })
@@ -296,6 +296,17 @@ fn found<'a>(
 ) -> Result<(usize, &'a Hypothesis), Error> {
     let found = tree.find(travelled.session(), id);
     found.ok_or_else(|| Error::NoSuchHypothesis(shortened(id)))
+}
+
+/// A frame, or none where odometry cannot say or it were too much work.
+fn frame_if_any(
+    frame: Result<ConsistentFrame, Error>,
+) -> Result<Option<v1::HypothesisFrame>, Error> {
+    match frame {
+        Ok(frame) => Ok(Some(hypothesis::frame(&frame))),
+        Err(Error::TravelNotMeasured | Error::TravelTooLarge { .. }) => Ok(None),
+        Err(error) => Err(error),
+    }
 }
 
 /// What was measured along the edges of one of a tree's maps.

@@ -11,7 +11,6 @@ use std::error::Error;
 use std::time::Instant;
 
 use meetpoint_geometry::Pose;
-use meetpoint_occupancy::LaserGeometry;
 use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick, ring_corridor};
 use meetpoint_tracking::{
     DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap,
@@ -70,13 +69,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 fn tracked(robot: &Robot, drive: Drive<'_>) -> Result<(LaserTravel, Vec<Pose>), Box<dyn Error>> {
     let mut map = LiveMap::new(MappingParams::INDOOR, 0.05).map_err(|_| "no such resolution")?;
     let laser = &robot.laser;
-    let geometry = LaserGeometry {
-        angle_min_rad: laser.angle_min_rad,
-        angle_increment_rad: laser.angle_increment_rad,
-        n_beams: laser.n_beams,
-        range_min_m: laser.range_min_m,
-        range_max_m: laser.range_max_m,
-    };
+    let geometry = laser.geometry();
     let robot_from_sensor = laser.robot_from_laser;
     let sensor = Sensor { robot_from_sensor, kind: SensorKind::Laser(geometry) };
     let config = SessionConfig { map_from_start: drive.truth(), sensors: vec![sensor] };

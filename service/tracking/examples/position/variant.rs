@@ -4,7 +4,7 @@ use std::error::Error;
 use std::sync::Arc;
 
 use meetpoint_geometry::{InvalidResolution, Pose};
-use meetpoint_occupancy::{LaserGeometry, SonarRing, png};
+use meetpoint_occupancy::{SonarRing, png};
 use meetpoint_sim::{ChaCha8Rng, Laser, SonarRing as Sonars};
 use meetpoint_tracking::{
     LiveMap, MappingParams, Observation, ObservationKind, PositionParams, Sensor, SensorKind,
@@ -113,9 +113,6 @@ fn ring() -> Sensor {
 }
 
 fn laser() -> Sensor {
-    let Laser { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m, .. } =
-        Laser::INDOOR;
-    let geometry =
-        LaserGeometry { angle_min_rad, angle_increment_rad, n_beams, range_min_m, range_max_m };
+    let geometry = Laser::INDOOR.geometry();
     Sensor { robot_from_sensor: Laser::INDOOR.robot_from_laser, kind: SensorKind::Laser(geometry) }
 }

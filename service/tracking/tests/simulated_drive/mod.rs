@@ -1,7 +1,6 @@
 //! Simulated drives as live mapping has them, to be relaxed and held against the truth.
 
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_occupancy::LaserGeometry;
 use meetpoint_sim::{Building, Drive, OdometryError, Robot, Tick};
 use meetpoint_tracking::{
     Closure, ClosureKey, DrivenScan, LaserOutcome, LaserRelaxation, LaserRelaxationParams,
@@ -31,13 +30,7 @@ pub(crate) fn driven(
     let rng = ChaCha8Rng::seed_from_u64(seed);
     let drive = Drive::new(building, robot, waypoints, 0, rng).expect("there is such a way");
     let laser = robot.laser;
-    let geometry = LaserGeometry {
-        angle_min_rad: laser.angle_min_rad,
-        angle_increment_rad: laser.angle_increment_rad,
-        n_beams: laser.n_beams,
-        range_min_m: laser.range_min_m,
-        range_max_m: laser.range_max_m,
-    };
+    let geometry = laser.geometry();
     let robot_from_sensor = laser.robot_from_laser;
     let mut map = LiveMap::new(MappingParams::INDOOR, 0.05).expect("a length");
     let sensor = Sensor { robot_from_sensor, kind: SensorKind::Laser(geometry) };

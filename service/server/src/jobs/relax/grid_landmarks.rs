@@ -324,13 +324,7 @@ mod tests {
             scans.push(WayScan { moment: scans.len(), laser: 0, ranges_m: ranges_m[..].into() });
         }
         let laser = robot.laser;
-        let geometry = meetpoint_occupancy::LaserGeometry {
-            angle_min_rad: laser.angle_min_rad,
-            angle_increment_rad: laser.angle_increment_rad,
-            n_beams: laser.n_beams,
-            range_min_m: laser.range_min_m,
-            range_max_m: laser.range_max_m,
-        };
+        let geometry = laser.geometry();
         let lasers = vec![TravelLaser { robot_from_sensor: laser.robot_from_laser, geometry }];
         (Way { course: reader.finish(), lasers, scans }, start)
     }

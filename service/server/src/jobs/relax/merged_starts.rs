@@ -27,7 +27,8 @@ pub(super) struct UnsureFrame {
 
 impl Relaxing<'_> {
     /// The frames by whose errors a session's place in the map is wrong: its own, if it was merged, and those
-    /// that this lies in. None for a session whose start was told.
+    /// that this lies in. None for a session whose start was told, nor where it is not known of one of them how
+    /// surely it lies: that is as good as told.
     pub(super) async fn unsure_frames(
         &self,
         session: SessionId,
@@ -41,8 +42,12 @@ impl Relaxing<'_> {
             let found = merge::to_wire(&found)?;
             let accepted = found.decision.map(|decision| decision.alignment).unwrap_or_default();
             let mut alignments = found.alignments.iter();
-            let Some(found) = alignments.find(|it| it.id == accepted) else { break };
-            let &[xx, xy, xt, yy, yt, tt] = found.covariance.as_slice() else { break };
+            let Some(found) = alignments.find(|it| it.id == accepted) else {
+                return Ok(Vec::new());
+            };
+            let &[xx, xy, xt, yy, yt, tt] = found.covariance.as_slice() else {
+                return Ok(Vec::new());
+            };
             let (onto, _) = merge::place(found)?;
             let own = place(&self.service.session_record(&session.0.to_string()).await?);
             let turn_rad = match onto {

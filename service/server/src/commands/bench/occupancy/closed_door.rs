@@ -6,7 +6,7 @@
 
 use anyhow::Context;
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_occupancy::{Grid, LaserGeometry};
+use meetpoint_occupancy::Grid;
 use meetpoint_planning::{Cost, Search, Space, enterable};
 use meetpoint_sim::{Building, ChaCha8Rng, Drive, Laser, Robot, Tick, World, lab};
 use meetpoint_topology::FreeSpace;
@@ -83,13 +83,7 @@ pub(super) fn print() -> anyhow::Result<()> {
 
 fn open(map: &mut LiveMap, key: SessionKey, map_from_start: Pose) {
     let laser = Laser::INDOOR;
-    let geometry = LaserGeometry {
-        angle_min_rad: laser.angle_min_rad,
-        angle_increment_rad: laser.angle_increment_rad,
-        n_beams: laser.n_beams,
-        range_min_m: laser.range_min_m,
-        range_max_m: laser.range_max_m,
-    };
+    let geometry = laser.geometry();
     let kind = SensorKind::Laser(geometry);
     let sensor = Sensor { robot_from_sensor: laser.robot_from_laser, kind };
     map.open_session(key, SessionConfig { map_from_start, sensors: vec![sensor] });

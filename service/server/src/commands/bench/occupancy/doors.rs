@@ -3,7 +3,7 @@
 
 use anyhow::Context;
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_occupancy::{BeamModel, Door, DoorParams, Grid, LaserGeometry, ScanMarks, doors};
+use meetpoint_occupancy::{BeamModel, Door, DoorParams, Grid, ScanMarks, doors};
 use meetpoint_sim::{Building, ChaCha8Rng, Crowd, Laser, route};
 use rand::{Rng, RngExt, SeedableRng};
 
@@ -132,13 +132,7 @@ impl Floor {
 
     fn drive(&mut self, path: &[Point2<f64>]) {
         let laser = Laser::INDOOR;
-        let geometry = LaserGeometry {
-            angle_min_rad: laser.angle_min_rad,
-            angle_increment_rad: laser.angle_increment_rad,
-            n_beams: laser.n_beams,
-            range_min_m: laser.range_min_m,
-            range_max_m: laser.range_max_m,
-        };
+        let geometry = laser.geometry();
         for pair in path.windows(2).step_by(N_POINTS_PER_SCAN) {
             self.crowd.walk(&self.building, STEP_S);
             self.building.set_people(self.crowd.people());

@@ -161,13 +161,7 @@ fn scans() -> anyhow::Result<Scans> {
     Ok(Scans {
         lasers,
         sonars: poses.iter().map(heard).collect(),
-        geometry: LaserGeometry {
-            angle_min_rad: laser.angle_min_rad,
-            angle_increment_rad: laser.angle_increment_rad,
-            n_beams: laser.n_beams,
-            range_min_m: laser.range_min_m,
-            range_max_m: laser.range_max_m,
-        },
+        geometry: laser.geometry(),
         ring: declared(&sonars),
     })
 }

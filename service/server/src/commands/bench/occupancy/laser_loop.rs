@@ -3,7 +3,6 @@
 
 use anyhow::Context;
 use meetpoint_geometry::Pose;
-use meetpoint_occupancy::LaserGeometry;
 use meetpoint_sim::{ChaCha8Rng, Drive, Robot, Tick, ring_corridor};
 use meetpoint_tracking::{
     DrivenScan, LaserRelaxation, LaserRelaxationParams, LaserTravel, LiveMap, MappingParams,
@@ -55,13 +54,7 @@ fn driven(seed: u64) -> anyhow::Result<Driven> {
     let drive = Drive::new(&building, robot, &waypoints, 0, rng).context("no way around")?;
     let length_m = drive.length_m();
     let laser = robot.laser;
-    let geometry = LaserGeometry {
-        angle_min_rad: laser.angle_min_rad,
-        angle_increment_rad: laser.angle_increment_rad,
-        n_beams: laser.n_beams,
-        range_min_m: laser.range_min_m,
-        range_max_m: laser.range_max_m,
-    };
+    let geometry = laser.geometry();
     let robot_from_sensor = laser.robot_from_laser;
     let sensor = Sensor { robot_from_sensor, kind: SensorKind::Laser(geometry) };
     let config = SessionConfig { map_from_start: drive.truth(), sensors: vec![sensor] };

@@ -1,7 +1,7 @@
 //! A robot with a laser that drives from place to place of a plan, and what it knows at each.
 
 use meetpoint_geometry::{Point2, Pose};
-use meetpoint_occupancy::{BeamModel, LaserGeometry, Raster};
+use meetpoint_occupancy::{BeamModel, Raster};
 use meetpoint_places::{
     Gateway, LocalParams, LocalPerceptualMap, LocalPlace, ParsedMap, PlaceId, ScrollingMap,
 };
@@ -69,13 +69,7 @@ pub(super) fn visits(
         cores.iter().map(|(_, core)| map_from_building.inverse() * *core).collect();
     let robot = Robot { odometry_error, ..ROBOT };
     let drive = Drive::new(&building, robot, &waypoints, 0, ChaCha8Rng::seed_from_u64(1))?;
-    let geometry = LaserGeometry {
-        angle_min_rad: ROBOT.laser.angle_min_rad,
-        angle_increment_rad: ROBOT.laser.angle_increment_rad,
-        n_beams: ROBOT.laser.n_beams,
-        range_min_m: ROBOT.laser.range_min_m,
-        range_max_m: ROBOT.laser.range_max_m,
-    };
+    let geometry = ROBOT.laser.geometry();
     let mut map = ScrollingMap::new(frame, SIDE_M, 0.5);
     let (mut visits, mut next) = (vec![], cores.iter().peekable());
     for tick in drive {
