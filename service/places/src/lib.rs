@@ -2,6 +2,8 @@
 //! go to find out.
 
 mod assumptions;
+mod boundary_regions;
+mod causal;
 mod consistent_frame;
 mod difference;
 mod drawing;
@@ -21,6 +23,11 @@ mod travel;
 mod world;
 
 pub use assumptions::Assumptions;
+pub use boundary_regions::{BoundaryRegions, boundary_regions};
+pub use causal::{
+    Action, CausalSchema, CausalView, CausalWorld, Facing, Outcome, ToldApart, TurnSide,
+    causal_world, told_apart,
+};
 pub use consistent_frame::{ConsistentFrame, FrameParams, consistent_frame};
 pub use difference::{Difference, Sighting, first_difference, sightings};
 pub use drawing::InvalidDrawing;
@@ -40,7 +47,7 @@ pub use local::scrolling_map::ScrollingMap;
 pub use local::small_scale_star::{DirectedFragment, SmallScaleStar, TravelLaw};
 pub use map_tree::{Hypothesis, HypothesisId, MapTree, MapTreeParams, Refused};
 pub use observation::{Observation, View};
-pub use place_map::{Gateway, Place, PlaceId, PlaceMap};
+pub use place_map::{Gateway, Pass, Place, PlaceId, PlaceMap};
 pub use rehearsal::{Decision, Rehearsal, next_decision, rehearsal};
 pub use route::{Leg, route};
 pub use star::{ControlLaw, InvalidStar, Opening, Star};

@@ -32,6 +32,17 @@ pub struct Place {
     first_slot: usize,
 }
 
+/// A path at one of its places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pass {
+    /// The place.
+    pub place: PlaceId,
+    /// The gateway by which the path comes in; `None` if it begins here.
+    pub enters: Option<u8>,
+    /// The gateway by which it leaves; `None` if it ends here.
+    pub leaves: Option<u8>,
+}
+
 /// Places and how their gateways hang together.
 ///
 /// Invariant: links are mutual, and none leads from a gateway to itself.
@@ -70,6 +81,12 @@ impl PlaceMap {
     /// All paths, each as its places in order: as many as [`Self::n_paths`]. A circular one is
     /// listed from its lowest place. O(gateways).
     pub fn paths(&self) -> Vec<Vec<PlaceId>> {
+        let places = |path: Vec<Pass>| path.into_iter().map(|pass| pass.place).collect();
+        self.passes().into_iter().map(places).collect()
+    }
+
+    /// The same with the gateways by which each path enters and leaves its places.
+    pub fn passes(&self) -> Vec<Vec<Pass>> {
         let mut listed: BTreeSet<Gateway> = BTreeSet::new();
         let mut paths = Vec::new();
         // Where one comes in who follows a path from its end, or from anywhere where it has none.
@@ -80,18 +97,23 @@ impl PlaceMap {
             if listed.contains(&end) {
                 continue;
             }
-            let mut places = Vec::new();
+            let mut path = Vec::new();
             let mut at = Some(end);
             if self.leads_to(end).is_some() && self.continuation(end).is_none() {
                 listed.insert(end);
-                places.push(end.place);
+                path.push(Pass { place: end.place, enters: None, leaves: Some(end.index) });
                 at = self.leads_to(end);
             }
             for gateway in at.into_iter().flat_map(|at| self.path_inward(at)) {
-                listed.extend([Some(gateway), self.continuation(gateway)].into_iter().flatten());
-                places.push(gateway.place);
+                let onward = self.continuation(gateway);
+                listed.extend([Some(gateway), onward].into_iter().flatten());
+                path.push(Pass {
+                    place: gateway.place,
+                    enters: Some(gateway.index),
+                    leaves: onward.map(|onward| onward.index),
+                });
             }
-            paths.push(places);
+            paths.push(path);
         }
         paths
     }

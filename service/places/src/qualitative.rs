@@ -15,6 +15,7 @@ mod firings;
 mod guide;
 mod heading_error;
 mod hill_climb;
+mod itinerary;
 mod outlook;
 mod pilot;
 mod place_graph;
@@ -33,6 +34,7 @@ pub use explorer::{Explorer, ExplorerParams, ExplorerState, SelectionRule, Where
 pub use guide::{Firing, Guide, GuideParams};
 pub use heading_error::HeadingError;
 pub use hill_climb::climb;
+pub use itinerary::{Itinerary, Stop};
 pub use outlook::Outlook;
 pub use pilot::PilotParams;
 pub use place_graph::{KnownPlace, PlaceGraph};

@@ -6,6 +6,7 @@ use meetpoint_geometry::{Point2, angle_between};
 
 use super::arrival::Arrival;
 use super::heading_error::HeadingError;
+use super::itinerary::Itinerary;
 use super::outlook::Outlook;
 use super::pilot::{Outcome, Pilot, PilotParams};
 use super::place_graph::PlaceGraph;
@@ -127,6 +128,7 @@ pub struct Explorer {
     state: ExplorerState,
     /// The place where the robot is or was last, by the gateway that it came by, and as it looks now.
     here: Option<(Gateway, Arrival)>,
+    itinerary: Itinerary,
     /// Metres of dead reckoning since the last place.
     way_m: f64,
     n_rehearsals: u32,
@@ -144,6 +146,7 @@ impl Explorer {
             purpose: Purpose::Start,
             state: ExplorerState::Starting,
             here: None,
+            itinerary: Itinerary::default(),
             way_m: 0.0,
             n_rehearsals: 0,
             n_refuted: 0,
@@ -154,6 +157,15 @@ impl Explorer {
     /// What is known so far.
     pub fn graph(&self) -> &PlaceGraph {
         &self.graph
+    }
+
+    /// Every place where it arrived, as it looked then: what it made of that is left out.
+    pub fn itinerary(&self) -> &Itinerary {
+        &self.itinerary
+    }
+
+    pub(crate) fn itinerary_mut(&mut self) -> &mut Itinerary {
+        &mut self.itinerary
     }
 
     /// What it is about.
@@ -241,6 +253,7 @@ impl Explorer {
     }
 
     fn arrived(&mut self, arrival: Arrival) {
+        self.itinerary.arrived(&arrival);
         match std::mem::replace(&mut self.purpose, Purpose::Nothing) {
             Purpose::Start => self.take_as_new(None, arrival),
             Purpose::Explore { from } => {
@@ -251,7 +264,7 @@ impl Explorer {
             Purpose::Rehearse { mut trial, candidate } => {
                 match trial.arrived(&arrival, &self.graph, &self.params.heading_error) {
                     Next::Leave(heading_rad) => {
-                        self.pilot.leave(heading_rad);
+                        self.leave(heading_rad);
                         self.purpose = Purpose::Rehearse { trial, candidate };
                     }
                     Next::Back(is_as_predicted) => {
@@ -261,6 +274,11 @@ impl Explorer {
             }
             Purpose::Nothing => {}
         }
+    }
+
+    fn leave(&mut self, heading_rad: f64) {
+        self.itinerary.left(heading_rad);
+        self.pilot.leave(heading_rad);
     }
 
     /// Unexplored gateways of known places that a robot may have come in by, the likeliest last.
@@ -305,7 +323,7 @@ impl Explorer {
             Some(heading_rad) if !trial.seen.is_home => {
                 self.n_rehearsals += 1;
                 self.state = ExplorerState::Rehearsing;
-                self.pilot.leave(heading_rad);
+                self.leave(heading_rad);
                 self.purpose = Purpose::Rehearse { trial: Box::new(trial), candidate };
             }
             _ if is_told => self.take_as_known(trial.from, candidate, trial.seen),
@@ -376,6 +394,7 @@ impl Explorer {
         let has_drifted = !self.params.heading_error.is_compass();
         if has_drifted {
             self.pilot.turn_frame(turned_rad);
+            self.itinerary.turn_frame(turned_rad);
         }
         has_drifted
     }
@@ -425,7 +444,7 @@ impl Explorer {
             return;
         };
         let from = self.graph.map().turned(came_by, turn);
-        self.pilot.leave(seen.heading_to(came_by.index, from.index));
+        self.leave(seen.heading_to(came_by.index, from.index));
         self.here = Some((came_by, seen));
         (self.purpose, self.state) = if self.graph.map().leads_to(from).is_some() {
             (Purpose::Travel { from }, ExplorerState::Travelling)

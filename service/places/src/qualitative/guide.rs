@@ -133,7 +133,9 @@ impl Guide {
         let heading_rad = now.theta_rad;
         let sees_home = std::mem::take(&mut self.sees_home);
         let readings = Readings { ranges_m: firing.ranges_m, heading_rad, moved_m, sees_home };
+        let n_stops = self.explorer.itinerary().stops().len();
         self.told = self.explorer.next(&readings);
+        self.explorer.itinerary_mut().stopped_at(n_stops, now);
         self.from = Some(now);
         self.n_standing = 0;
         self.n_steps += 1;

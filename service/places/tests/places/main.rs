@@ -1,6 +1,7 @@
 //! Trees of topological maps, against their definition and in figures; NX in its environments.
 
 mod asking;
+mod causal;
 mod definition;
 mod driven;
 mod enumeration;
@@ -12,5 +13,6 @@ mod nested_loops;
 mod nx_guided;
 mod nx_measures;
 mod nx_worlds;
+mod regions;
 mod scrolling;
 mod shortest;

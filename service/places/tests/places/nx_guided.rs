@@ -3,9 +3,12 @@
 use meetpoint_geometry::Pose;
 use meetpoint_places::PlaceId;
 use meetpoint_places::qualitative::{
-    Command, Explorer, ExplorerParams, ExplorerState, Firing, Guide, GuideParams,
+    Command, Explorer, ExplorerParams, ExplorerState, Firing, Guide, GuideParams, Stop,
 };
-use meetpoint_places::{Gateway, Observation, PlaceMap, World, is_isomorphic};
+use meetpoint_places::{
+    Assumptions, Gateway, Hypothesis, MapTree, MapTreeParams, Observation, PlaceMap, Step, Travel,
+    World, is_isomorphic,
+};
 use meetpoint_sim::{ChaCha8Rng, Nx, NxSenses, OdometryError, nx_worlds};
 use proptest::prelude::*;
 use rand::{RngExt, SeedableRng};
@@ -85,6 +88,40 @@ fn what_it_found_can_be_told() {
     edges.push(edges[0]);
     assert_eq!(PlaceMap::joined(&places, &edges), None, "a gateway leads to one place");
     assert_eq!(PlaceMap::joined(&places[1..], &edges), None, "a place is missing");
+}
+
+/// The travel of an explorer, as its arrivals say it.
+fn travel(guide: &Guide) -> Travel {
+    let stops = guide.explorer().itinerary().stops();
+    let (first, others) = stops.split_first().expect("a first place");
+    let step = |stop: &Stop| Step { turn: stop.turn, seen: stop.seen.clone() };
+    Travel { first: first.seen.clone(), steps: others.iter().map(step).collect() }
+}
+
+/// All maps that fit its arrivals: the true one is among them, whatever the explorer made of them.
+#[test]
+fn the_true_map_fits_its_travel_with_a_compass_and_without() {
+    for (name, params) in [
+        ("block", ExplorerParams::NX),
+        ("two loops", ExplorerParams::NX),
+        ("two loops", ExplorerParams::NX_WITHOUT_COMPASS),
+        ("streets", ExplorerParams::NX_WITHOUT_COMPASS),
+    ] {
+        let (guide, _) = guided(name, params, Gait::Steps);
+        let travel = travel(&guide);
+        let assumptions = Assumptions::HSSH_2004_PLANAR;
+        let params = MapTreeParams { assumptions, n_hypotheses_max: 300 };
+        let tree = MapTree::of_travel(params, &travel).expect("turns to gateways that are there");
+        let found = guide.explorer().graph().map();
+        let is_true = |map: &Hypothesis| is_isomorphic(&map.map, found);
+        let rank = tree.hypotheses().iter().position(is_true);
+        println!("{name}: {travel}: {} maps, {rank:?}", tree.hypotheses().len());
+        assert!(rank.is_some(), "{name}: {travel}");
+        let stops = &guide.explorer().itinerary().stops()[1..];
+        let is_measured =
+            |stop: &Stop| stop.record.moved.is_some() && stop.record.length_m.is_some();
+        assert!(stops.iter().all(is_measured), "{name}: {stops:?}");
+    }
 }
 
 #[test]
