@@ -34,6 +34,7 @@ pub(crate) fn tree(body: &Value) -> v1::HypothesisTree {
         assertions: rows(&body["assertions"], assertion),
         contradicted: unsigned(&body["contradicted"]),
         unmeasured: truth(&body["unmeasured"]),
+        by_steps: truth(&body["by_steps"]),
     }
 }
 
@@ -113,6 +114,11 @@ pub(crate) fn detail(body: &Value) -> v1::GetHypothesisResponse {
         png: Vec::new(),
         paths: rows(&body["paths"], |path| v1::HypothesisPath { places: rows(path, small) }),
         frame: present(body, "frame").map(frame),
+        regions: rows(&body["regions"], |of| v1::BoundaryRegions {
+            right: rows(&of["right"], small),
+            left: rows(&of["left"], small),
+            around: rows(&of["around"], small),
+        }),
     }
 }
 

@@ -3,6 +3,7 @@
 //! A scenario that both protocols can tell is written once against [`door::Door`] and run over
 //! both. Nothing here is timed: what takes a while is looked at until it is there.
 
+mod causal_json;
 mod change_json;
 mod changes;
 mod closure_json;
@@ -32,6 +33,7 @@ mod rover;
 mod running;
 mod to_json;
 
+mod causal;
 mod closed_door;
 mod contract;
 mod costs;
@@ -60,9 +62,11 @@ mod parameters;
 mod places;
 mod plans;
 mod qualitative;
+mod qualitative_travel;
 mod rejections;
 mod relaxing;
 mod replay;
+mod seen_places;
 mod sessions;
 mod sonar;
 mod sonar_weights;

@@ -79,12 +79,80 @@ async fn odometry_leaves_maps_out<D: PlaceDoor>(door: D) {
         let apart_m = (to.x_m - from.x_m).hypot(to.y_m - from.y_m);
         assert!((apart_m - WAY_M).abs() < 1e-3 && (arc.length_m - WAY_M).abs() < 1e-9, "{arc:?}");
     }
+    path_is_planned(&door, &metrical, &graph).await;
     let asserted = door.assert_true(&metrical, "").await.expect("the first of those left");
     assert!(asserted.assertions[0].in_force, "{asserted:?}");
     let after = listed(&door, &tree).await;
     assert_eq!(after.hypotheses[0].id, left.hypotheses[0].id, "it holds whatever is assumed");
     blind(&door).await;
     small_and_large(&door).await;
+}
+
+/// A path from place to place, in the words of paths on versions.
+async fn path_is_planned<D: PlaceDoor>(door: &D, tree: &v1::TreeName, graph: &v1::Graph) {
+    let asked = |from_place, to_place| v1::PlanPathRequest {
+        map: MAP.to_owned(),
+        hypothesis: "simplest".to_owned(),
+        tree: Some(tree.clone()),
+        from_place,
+        to_place,
+        ..Default::default()
+    };
+    let told = door.plan(asked(Some(0), Some(2))).await.expect("places of it");
+    let basis = told.basis.clone().expect("what answered");
+    let answer = (told.code(), basis.answered_by());
+    assert_eq!(answer, (v1::PlanCode::Ok, v1::AnsweredBy::Places), "{told:?}");
+    assert_eq!((&basis.hypothesis, told.warnings.len()), (&graph.hypothesis, 0), "{told:?}");
+    let path = told.path.expect("a way around the block");
+    assert!((path.path_length_m - 2.0 * WAY_M).abs() < 1e-9, "two sides: {path:?}");
+    let regions: Vec<u64> = path.route.iter().map(|step| step.region).collect();
+    assert_eq!((regions[0], regions[2], regions.len()), (1, 3, 3), "{path:?}");
+    for pair in path.route.windows(2) {
+        let arc = graph.arcs.iter().find(|arc| arc.id == pair[1].arc).expect("an arc of it");
+        let ends = [arc.region_a, arc.region_b];
+        assert!(ends.contains(&pair[0].region) && ends.contains(&pair[1].region), "{arc:?}");
+    }
+    let center = |id: &u64| graph.regions.iter().find(|region| region.id == *id)?.center;
+    let centers: Vec<Option<v1::Point>> = regions.iter().map(center).collect();
+    assert_eq!(path.points.iter().copied().map(Some).collect::<Vec<_>>(), centers, "in the frame");
+    let here = door.plan(asked(None, None)).await.expect("where the robot is");
+    assert_eq!(here.path.expect("it is there").route.len(), 1, "no way");
+    let nowhere = door.plan(asked(Some(0), Some(9))).await.expect("an answer");
+    assert_eq!(nowhere.code(), v1::PlanCode::GoalUnknown, "{nowhere:?}");
+    assert!(nowhere.what_to_do.contains("4, from 0 on"), "{nowhere:?}");
+    let both = v1::PlanPathRequest { map_version: 1, ..asked(Some(0), Some(1)) };
+    refused(door.plan(both).await, "INVALID_FIELD");
+    let alone = v1::PlanPathRequest { hypothesis: String::new(), ..asked(Some(0), Some(1)) };
+    refused(door.plan(alone).await, "INVALID_FIELD");
+    let other =
+        v1::PlanPathRequest { hypothesis: "3-0123456789abcdef".to_owned(), ..asked(None, None) };
+    refused(door.plan(other).await, "HYPOTHESIS_NOT_FOUND");
+}
+
+/// Without odometry there may be lengths; without these there are no metres.
+async fn path_of_lengths<D: PlaceDoor>(door: &D, tree: &v1::TreeName) {
+    let asked = |tree: &v1::TreeName| v1::PlanPathRequest {
+        map: MAP.to_owned(),
+        hypothesis: "simplest".to_owned(),
+        tree: Some(tree.clone()),
+        from_place: Some(0),
+        to_place: Some(1),
+        ..Default::default()
+    };
+    let told = door.plan(asked(tree)).await.expect("places of it");
+    assert_eq!((told.code(), told.warnings.len()), (v1::PlanCode::Ok, 1), "{told:?}");
+    let path = told.path.expect("a way");
+    assert!((path.path_length_m - WAY_M).abs() < 1e-9 && path.points.is_empty(), "{path:?}");
+    let session = opened(door, opening(MAP, "worm", &[])).await;
+    let visit = |number: u32| {
+        let star = "ab".to_owned();
+        let visit = v1::PlaceVisit { number, turn: 1, star, ..Default::default() };
+        observation(START_NS + i64::from(number), "", Kind::PlaceVisit(visit))
+    };
+    let batch = v1::Batch { number: 1, observations: (0..3).map(visit).collect() };
+    door.upload(&session.id, session.epoch, Upload::Batch(batch)).await.expect("a good batch");
+    let tree = v1::TreeName { session: session.id, ..tree.clone() };
+    refused(door.plan(asked(&tree)).await, "TRAVEL_NOT_MEASURED");
 }
 
 /// Without odometry nothing is left out, and there are no metres.
@@ -98,6 +166,7 @@ async fn blind<D: PlaceDoor>(door: &D) {
     assert_eq!(door.hypothesis(&metrical, "").await.expect("the first").frame, None, "no metres");
     refused(door.hypothesis_graph(&metrical, "").await, "TRAVEL_NOT_MEASURED");
     refused(door.hypothesis_graph(&metrical, "3-0123456789abcdef").await, "HYPOTHESIS_NOT_FOUND");
+    path_of_lengths(door, &tree).await;
 }
 
 /// A place that nobody has left, and more places than are laid out.

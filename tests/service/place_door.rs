@@ -3,6 +3,7 @@
 use meetpoint_client::v1;
 use serde_json::json;
 
+use crate::causal_json;
 use crate::door::{Answer, Door, Page};
 use crate::graph_json;
 use crate::grpc_door::{GrpcDoor, filled};
@@ -34,6 +35,13 @@ pub(crate) trait PlaceDoor: Door {
     ) -> Answer<v1::HypothesisTree>;
     async fn take_back(&self, tree: &v1::TreeName, hypothesis: &str) -> Answer<v1::HypothesisTree>;
     async fn travel(&self, request: v1::PlanTravelRequest) -> Answer<v1::PlanTravelResponse>;
+    /// What was seen of a place of the first map on one visit, or any, without the cells.
+    async fn seen(
+        &self,
+        tree: &v1::TreeName,
+        at: (u32, Option<u32>),
+    ) -> Answer<v1::GetPlaceMapResponse>;
+    async fn schemas(&self, map: &str, session: &str) -> Answer<v1::ListCausalSchemasResponse>;
     async fn next_travel(
         &self,
         tree: &v1::TreeName,
@@ -104,6 +112,27 @@ impl PlaceDoor for GrpcDoor {
 
     async fn travel(&self, request: v1::PlanTravelRequest) -> Answer<v1::PlanTravelResponse> {
         Ok(self.places.clone().plan_travel(request).await?.into_inner())
+    }
+
+    async fn seen(
+        &self,
+        tree: &v1::TreeName,
+        (place, visit): (u32, Option<u32>),
+    ) -> Answer<v1::GetPlaceMapResponse> {
+        let (tree, hypothesis) = (Some(tree.clone()), String::new());
+        let request = v1::GetPlaceMapRequest { tree, hypothesis, place, visit, picture: true };
+        let mut told = self.places.clone().get_place_map(request).await?.into_inner();
+        let grid = told.grid.as_mut().expect("cells");
+        assert_eq!(grid.cells.len(), (grid.width * grid.height) as usize, "one byte each");
+        // What REST's picture is alone.
+        (grid.cells, grid.map) = (Vec::new(), String::new());
+        Ok(told)
+    }
+
+    async fn schemas(&self, map: &str, session: &str) -> Answer<v1::ListCausalSchemasResponse> {
+        let (map, session) = (map.to_owned(), session.to_owned());
+        let request = v1::ListCausalSchemasRequest { map, session };
+        Ok(self.places.clone().list_causal_schemas(request).await?.into_inner())
     }
 
     async fn next_travel(
@@ -194,6 +223,24 @@ impl PlaceDoor for RestDoor {
         let from = from_place.map_or_else(String::new, |from| format!("&from={from}"));
         let path = format!("/v1/maps/{map}/hypotheses/{id}/route?{asked}{from}&to={to_place}");
         Ok(hypothesis_json::plan(&self.get(&path)?))
+    }
+
+    async fn seen(
+        &self,
+        tree: &v1::TreeName,
+        (place, visit): (u32, Option<u32>),
+    ) -> Answer<v1::GetPlaceMapResponse> {
+        let (map, id, asked) = (&tree.map, named("", "simplest"), asked(tree));
+        let visit = visit.map_or_else(String::new, |visit| format!("&visit={visit}"));
+        let path = format!("/v1/maps/{map}/hypotheses/{id}/places/{place}?{asked}{visit}");
+        let told = place_json::seen(&self.get(&path)?);
+        let png = answered_bytes(self.0.get(&format!("{path}&format=png")))?;
+        Ok(v1::GetPlaceMapResponse { png, ..told })
+    }
+
+    async fn schemas(&self, map: &str, session: &str) -> Answer<v1::ListCausalSchemasResponse> {
+        let body = self.get(&format!("/v1/maps/{map}/schemas?session={session}"))?;
+        Ok(causal_json::schemas(&body))
     }
 
     async fn next_travel(

@@ -3,7 +3,46 @@
 use meetpoint_client::v1;
 use serde_json::Value;
 
-use crate::from_json::{point, present, real, rows, small, text, truth, unsigned};
+use crate::from_json::{point, pose, present, real, rows, small, text, truth, unsigned};
+use crate::hypothesis_json;
+
+/// What was seen of a place, without cells and picture.
+pub(crate) fn seen(body: &Value) -> v1::GetPlaceMapResponse {
+    let state = |of: &Value| v1::DistinctiveState {
+        number: small(&of["number"]),
+        path: small(&of["path"]),
+        plus: truth(&of["plus"]),
+        ends: truth(&of["ends"]),
+        right: rows(&of["right"], small),
+        left: rows(&of["left"], small),
+        around: small(&of["around"]),
+    };
+    let grid = v1::Grid {
+        resolution_m: real(&body["resolution_m"]),
+        origin: present(body, "origin").map(point),
+        width: small(&body["width"]),
+        height: small(&body["height"]),
+        ..v1::Grid::default()
+    };
+    v1::GetPlaceMapResponse {
+        tree: Some(hypothesis_json::tree(&body["tree"])),
+        hypothesis: text(&body["hypothesis"]),
+        place: small(&body["place"]),
+        visits: rows(&body["visits"], small),
+        visit: small(&body["visit"]),
+        grid: Some(grid),
+        png: Vec::new(),
+        scans: small(&body["scans"]),
+        cut_short: truth(&body["cut_short"]),
+        robot: present(body, "robot").map(pose),
+        star: present(body, "star").map(place),
+        not_a_place: text(&body["not_a_place"]),
+        came_in_by: present(body, "came_in_by").map(small),
+        star_found: text(&body["star_found"]),
+        star_told: text(&body["star_told"]),
+        states: rows(&body["states"], state),
+    }
+}
 
 pub(crate) fn places(body: &Value) -> v1::ListPlacesResponse {
     v1::ListPlacesResponse {

@@ -61,6 +61,17 @@ pub(crate) fn path_question(request: &v1::PlanPathRequest) -> Value {
         }
     }
     put_asked(&mut body, request.robot.as_ref(), request.map_version);
+    let tree = request.tree.clone().unwrap_or_default();
+    for (name, place) in [("from_place", request.from_place), ("to_place", request.to_place)] {
+        if let Some(place) = place {
+            body[name] = json!(place);
+        }
+    }
+    if !request.hypothesis.is_empty() {
+        body["hypothesis"] = json!(request.hypothesis);
+        body["session"] = json!(tree.session);
+        body["metrical"] = json!(tree.metrical);
+    }
     body
 }
 
@@ -86,6 +97,7 @@ fn basis(body: &Value) -> v1::PlanBasis {
         profile: present(body, "profile").map_or_else(String::new, text),
         robot_radius_m: real(&body["robot_radius_m"]),
         answered_by: answered_by.into(),
+        hypothesis: present(body, "hypothesis").map_or_else(String::new, text),
     }
 }
 

@@ -52,6 +52,22 @@ impl Eyes {
     }
 }
 
+/// What a robot is equipped with.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Senses {
+    pub(crate) eyes: Eyes,
+    pub(crate) has_compass: bool,
+    /// Whether home is marked.
+    pub(crate) has_home: bool,
+}
+
+impl Senses {
+    /// With a compass, in an environment without marks.
+    pub(crate) fn of(eyes: Eyes) -> Self {
+        Self { eyes, has_compass: true, has_home: false }
+    }
+}
+
 /// NX, and beside it what the same guide would tell it that never was on any wire.
 pub(crate) struct Rover<'a> {
     world: &'a NxWorld,
@@ -66,12 +82,24 @@ pub(crate) struct Rover<'a> {
 impl<'a> Rover<'a> {
     /// With a compass, sonars that err by 5 %, and wheels that were never calibrated.
     pub(crate) async fn new<D: Door>(door: &D, map: &str, world: &'a NxWorld, eyes: Eyes) -> Self {
+        Self::with(door, map, world, Senses::of(eyes)).await
+    }
+
+    /// The same with these senses.
+    pub(crate) async fn with<D: Door>(
+        door: &D,
+        map: &str,
+        world: &'a NxWorld,
+        senses: Senses,
+    ) -> Self {
+        let Senses { eyes, has_compass, has_home } = senses;
         let senses = NxSenses {
             range_error: 0.05,
             odometry_error: OdometryError::UNCALIBRATED,
-            has_compass: true,
+            has_compass,
         };
         let nx = Nx::new(&world.building, world.start, senses, ChaCha8Rng::seed_from_u64(2));
+        let nx = if has_home { nx.with_home(world.home) } else { nx };
         let session = opened(door, opening(map, "nx", &[eyes.sensor()])).await;
         let odometry = Pose::new(0.0, 0.0, nx.heading_rad());
         let guide = Guide::new(Explorer::new(ExplorerParams::NX), GuideParams::WHEELS);
@@ -107,16 +135,19 @@ impl<'a> Rover<'a> {
             };
             let heard: Vec<f64> = ranges_m.iter().map(heard).collect();
             let odometry_from_robot = self.odometry;
-            self.guide.take_in(&Firing { ranges_m: &heard, odometry_from_robot, sees_home: false });
+            let sees_home = self.nx.sees_home();
+            self.guide.take_in(&Firing { ranges_m: &heard, odometry_from_robot, sees_home });
         }
         let scan = match self.eyes {
             Eyes::Ring => Kind::SonarScan(v1::SonarScan { ranges_m }),
             Eyes::Laser => Kind::LaserScan(v1::LaserScan { ranges_m, intensities: Vec::new() }),
         };
-        let observations = vec![
-            observation(stamp_ns, "", odometry_pose(self.odometry)),
-            observation(stamp_ns, "eyes", scan),
-        ];
+        let mut observations = vec![observation(stamp_ns, "", odometry_pose(self.odometry))];
+        if self.nx.sees_home() {
+            let label = "home".to_owned();
+            observations.push(observation(stamp_ns, "", Kind::Mark(v1::Mark { label })));
+        }
+        observations.push(observation(stamp_ns, "eyes", scan));
         let batch = v1::Batch { number: self.n_batches, observations };
         let ack = door.upload(&self.session.id, self.session.epoch, Upload::Batch(batch)).await;
         assert_eq!(ack.expect("a good batch").rejected, [], "nothing is wrong with it");

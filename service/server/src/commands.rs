@@ -27,6 +27,8 @@ mod likelihood_curve;
 mod map_hypotheses;
 mod place_picture;
 mod plan_picture;
+mod schemas;
+mod seen_place;
 mod session_places;
 mod watched_job;
 

@@ -3,6 +3,7 @@
 //! Messages are taken apart by pattern, so that a new field breaks the build, and the field at
 //! fault is named by its path.
 
+pub(crate) mod causal;
 pub(crate) mod change;
 pub(crate) mod closure;
 pub(crate) mod cost;
@@ -27,6 +28,7 @@ pub(crate) mod observation;
 pub(crate) mod outline;
 pub(crate) mod place;
 pub(crate) mod place_graph_picture;
+pub(crate) mod place_map;
 pub(crate) mod place_picture;
 pub(crate) mod place_visit;
 pub(crate) mod plan;

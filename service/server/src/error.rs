@@ -152,9 +152,12 @@ pub enum Error {
     /// The session has not fired yet, or told of no odometry before.
     #[error("session `{0}` has not fired yet with odometry: nothing can be told from nothing")]
     NothingFired(String),
-    /// The exploration has found no place of that number.
+    /// The exploration has found no place of that number, or the hypothesis has none.
     #[error("no place {0} has been found")]
     NoSuchPlace(u32),
+    /// No laser has looked around there.
+    #[error("no laser scan with odometry was taken around that visit to place {0}")]
+    PlaceNotScanned(u32),
     /// No job has that id.
     #[error("no job `{0}`")]
     NoSuchJob(String),
@@ -352,6 +355,7 @@ impl Error {
             Self::NotAllAround(_) => (Code::WrongState, "NOT_ALL_AROUND"),
             Self::NothingFired(_) => (Code::NotFound, "NOTHING_FIRED"),
             Self::NoSuchPlace(_) => (Code::NotFound, "PLACE_NOT_FOUND"),
+            Self::PlaceNotScanned(_) => (Code::NotFound, "PLACE_NOT_SCANNED"),
             Self::NoSuchJob(_) => (Code::NotFound, "JOB_NOT_FOUND"),
             Self::NoPicture(_) => (Code::NotFound, "PICTURE_NOT_MADE"),
             Self::MapExists(_) => (Code::AlreadyExists, "MAP_EXISTS"),

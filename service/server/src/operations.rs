@@ -1,5 +1,6 @@
 //! What the service does, once; gRPC and REST only carry it.
 
+mod causal_schemas;
 mod changes;
 mod closures;
 pub(crate) mod costs;
@@ -16,6 +17,8 @@ mod mapping_parameters;
 pub(crate) mod maps;
 mod merges;
 pub(crate) mod page;
+mod place_maps;
+mod place_paths;
 mod places;
 mod plan_tables;
 pub(crate) mod plans;

@@ -3,6 +3,7 @@
 
 mod arcs;
 mod batches;
+mod causal_schemas;
 mod changes;
 mod closures;
 mod costs;
@@ -33,6 +34,7 @@ mod merges;
 mod observations;
 mod openapi;
 mod page;
+mod place_map;
 mod places;
 mod plan_tables;
 mod planned_path;
@@ -76,6 +78,7 @@ use utoipa_axum::routes;
 use utoipa_swagger_ui::{Config, SwaggerUi};
 
 use crate::service::Service;
+pub(crate) use causal_schemas::CausalSchemas;
 pub(crate) use changes::ChangeList;
 pub(crate) use doors::DoorList;
 pub(crate) use exploration::{Exploration, code_name as exploration_code_name};
@@ -83,6 +86,7 @@ pub(crate) use graphs::Graph;
 pub(crate) use hypotheses::HypothesisList;
 pub(crate) use imports::MapImport;
 pub(crate) use mapping_parameters::{MappingParameters, MappingParametersState};
+pub(crate) use place_map::PlaceMap;
 pub(crate) use places::PlaceList;
 pub(crate) use planned_path::PathReply;
 pub(crate) use qualitative_reply::QualitativeDetail;
@@ -169,6 +173,8 @@ fn api() -> OpenApiRouter<Rest> {
         .routes(routes!(hypotheses::get_hypothesis).layer(drawing.clone()))
         .routes(routes!(hypotheses::assert_hypothesis))
         .routes(routes!(hypotheses::undo_hypothesis))
+        .routes(routes!(place_map::get_place_map).layer(drawing.clone()))
+        .routes(routes!(causal_schemas::list_causal_schemas))
         .routes(routes!(travels::plan_travel))
         .routes(routes!(travels::get_next_travel))
         .routes(routes!(places::list_places).layer(drawing.clone()))

@@ -2,6 +2,7 @@
 
 use meetpoint_proto::v1::{
     GetHypothesisRequest, GetHypothesisResponse, GetNextTravelRequest, GetNextTravelResponse,
+    GetPlaceMapRequest, GetPlaceMapResponse, ListCausalSchemasRequest, ListCausalSchemasResponse,
     ListHypothesesRequest, ListHypothesesResponse, ListPlacesRequest, ListPlacesResponse,
     place_service_client::PlaceServiceClient,
 };
@@ -33,6 +34,30 @@ impl Client {
         request: GetHypothesisRequest,
     ) -> Result<GetHypothesisResponse, Error> {
         Ok(self.place_service().get_hypothesis(call(request)).await?.into_inner())
+    }
+
+    /// What was seen of one of its places on one visit: a local map with gateways and stars.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::hypothesis`], `PLACE_NOT_FOUND`, and `PLACE_NOT_SCANNED`.
+    pub async fn place_map(
+        &self,
+        request: GetPlaceMapRequest,
+    ) -> Result<GetPlaceMapResponse, Error> {
+        Ok(self.place_service().get_place_map(call(request)).await?.into_inner())
+    }
+
+    /// What a session's travel says of views and actions, before there is any place.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Self::hypotheses`].
+    pub async fn causal_schemas(
+        &self,
+        request: ListCausalSchemasRequest,
+    ) -> Result<ListCausalSchemasResponse, Error> {
+        Ok(self.place_service().list_causal_schemas(call(request)).await?.into_inner())
     }
 
     /// What a robot is to do next that has told of its last visit.

@@ -13,9 +13,11 @@ use serde_json::{Value, json};
 
 use super::asked::ServerArgs;
 use super::map_hypotheses::{self, Shown};
+use super::{schemas, seen_place};
 
 /// Options of `meetpoint hypotheses`.
 #[derive(Debug, clap::Args)]
+#[expect(clippy::struct_excessive_bools, reason = "each is a word of the command line")]
 pub struct HypothesesArgs {
     /// What a robot saw and did, from place to place: each place's ways in clockwise order from the one by which it
     /// came in, the same letter twice where a way goes straight through; each step the number of ways clockwise to
@@ -32,7 +34,13 @@ pub struct HypothesesArgs {
     /// Which session's; that opened last of those that told of visits, if none is given
     #[arg(long, value_name = "ID", default_value = "", requires = "map")]
     session: String,
-    /// Save a drawing of the simplest map; `-` for standard output
+    /// What was seen of this place of the simplest map: the local map that the robot's laser drew, gateways and stars
+    #[arg(long, value_name = "N", requires = "map")]
+    place: Option<u32>,
+    /// What was seen, what was done then and what was seen next, before there is any place
+    #[arg(long, requires = "map", conflicts_with_all = ["place", "png"])]
+    schemas: bool,
+    /// Save a drawing of the simplest map, or of the place; `-` for standard output
     #[arg(long, value_name = "FILE", requires = "map")]
     png: Option<PathBuf>,
     /// No two ways cross but at places: no bridges, no stairs
@@ -62,8 +70,16 @@ pub async fn run(args: &HypothesesArgs) -> anyhow::Result<()> {
     let HypothesesArgs { map, session, planar, circles, metrical, show, png, server, .. } = args;
     if let Some(map) = map {
         let (map, session) = (map.clone(), session.clone());
+        if args.schemas {
+            return schemas::show(&server.client()?, (map, session), server.json).await;
+        }
         let tree =
             v1::TreeName { map, session, planar: *planar, circles: *circles, metrical: *metrical };
+        if let Some(place) = args.place {
+            let png = png.as_deref();
+            let shown = seen_place::Shown { tree, place, json: server.json, png };
+            return seen_place::show(&server.client()?, shown).await;
+        }
         let shown = Shown { tree, n_maps: *show, json: server.json, png: png.as_deref() };
         return map_hypotheses::show(&server.client()?, shown).await;
     }

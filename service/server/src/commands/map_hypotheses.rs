@@ -58,6 +58,11 @@ fn in_words(told: &v1::ListHypothesesResponse) -> String {
         tree.visits,
         tree.name.unwrap_or_default().session
     )];
+    if tree.by_steps {
+        lines.push(
+            "read from its firings: it told of no visits, and is told step by step".to_owned(),
+        );
+    }
     if tree.truncated {
         lines.push(format!("{} were given up, the true one may be among them", tree.given_up));
     }

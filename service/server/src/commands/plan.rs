@@ -16,11 +16,29 @@ pub struct PlanArgs {
     /// The map
     map: String,
     /// Where to start, in metres in the map's frame
-    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
-    from: v1::Point,
+    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true, required_unless_present = "hypothesis")]
+    from: Option<v1::Point>,
     /// Where to go
-    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true)]
-    to: v1::Point,
+    #[arg(long, value_name = "X,Y", value_parser = point, allow_hyphen_values = true, required_unless_present = "hypothesis")]
+    to: Option<v1::Point>,
+    /// On a map of places that a robot told of: its id, or `simplest`
+    #[arg(long, value_name = "ID", default_value = "", hide_default_value = true, conflicts_with_all = ["from", "to", "radius", "profile", "alternatives", "version"])]
+    hypothesis: String,
+    /// The place to start at; the robot's where nothing is said
+    #[arg(long, value_name = "N", requires = "hypothesis")]
+    from_place: Option<u32>,
+    /// The place to go to; the robot's where nothing is said
+    #[arg(long, value_name = "N", requires = "hypothesis")]
+    to_place: Option<u32>,
+    /// Whose travel the map of places fits; that opened last of those that told of visits, if none is given
+    #[arg(
+        long,
+        value_name = "ID",
+        default_value = "",
+        hide_default_value = true,
+        requires = "hypothesis"
+    )]
+    session: String,
     /// Radius of the robot, metres; the profile `default` where nothing is said
     #[arg(long, value_name = "R", conflicts_with = "profile")]
     radius: Option<f64>,
@@ -84,11 +102,14 @@ pub async fn run(args: PlanArgs) -> anyhow::Result<()> {
             Format::Json => serde_json::to_vec(&PathReply::new(reply.clone())?)?,
             Format::Geojson => serde_json::to_vec(&geojson(&reply))?,
             Format::Png => {
+                let (Some(from), Some(to)) = (args.from, args.to) else {
+                    anyhow::bail!("a map of places is drawn by `meetpoint hypotheses --png`");
+                };
                 let version = reply.basis.as_ref().map_or(0, |basis| basis.map_version);
                 let pruning = v1::GraphPruning::Unspecified;
                 let graph = client.graph(&args.map, version, pruning, true).await?;
                 let grid = client.grid(&args.map, version).await?;
-                plan_picture::png(&raster(grid)?, &graph, &reply, [args.from, args.to])?
+                plan_picture::png(&raster(grid)?, &graph, &reply, [from, to])?
             }
         };
         save(path, &bytes)?;
@@ -115,14 +136,19 @@ fn request(args: &PlanArgs) -> v1::PlanPathRequest {
     };
     v1::PlanPathRequest {
         map: args.map.clone(),
-        start: Some(args.from),
-        goal: Some(args.to),
+        start: args.from,
+        goal: args.to,
         robot: kind.map(|kind| v1::RobotChoice { kind: Some(kind) }),
         mode: mode.into(),
         alternatives: args.alternatives,
         map_version: args.version,
         route_only: false,
         cells: false,
+        hypothesis: args.hypothesis.clone(),
+        tree: (!args.hypothesis.is_empty())
+            .then(|| v1::TreeName { session: args.session.clone(), ..v1::TreeName::default() }),
+        from_place: args.from_place,
+        to_place: args.to_place,
     }
 }
 
@@ -145,6 +171,10 @@ fn report(reply: &v1::PlanPathResponse) {
         eprintln!("warning: {warning}");
     }
     let basis = reply.basis.clone().unwrap_or_default();
+    if basis.answered_by() == v1::AnsweredBy::Places {
+        report_places(reply, &basis);
+        return;
+    }
     let by = match basis.answered_by() {
         v1::AnsweredBy::Tables => "by tables",
         _ => "by search",
@@ -166,6 +196,17 @@ fn report(reply: &v1::PlanPathResponse) {
         "map {}, version {}, cost revision {}, {by} in {} us",
         basis.map, basis.map_version, basis.cost_revision, reply.planning_time_us
     );
+}
+
+/// The same of a path on a map of places: these by their numbers, which are one less than those of regions.
+fn report_places(reply: &v1::PlanPathResponse, basis: &v1::PlanBasis) {
+    if let Some(path) = &reply.path {
+        let places: Vec<String> =
+            path.route.iter().map(|step| step.region.saturating_sub(1).to_string()).collect();
+        println!("{:.2} m from place to place: {}", path.path_length_m, places.join(" -> "));
+    }
+    let v1::PlanBasis { map, hypothesis, .. } = basis;
+    println!("map {map}, hypothesis {hypothesis}, in {} us", reply.planning_time_us);
 }
 
 /// Regions with the arcs between them.

@@ -2,8 +2,8 @@
 
 use meetpoint_geometry::Point2;
 use meetpoint_places::{
-    Assumptions, ConsistentFrame, Decision, EdgeRecords, Errand, Gateway, Hypothesis, Leg,
-    Observation, Place, PlaceId, Selection, first_difference,
+    Assumptions, BoundaryRegions, ConsistentFrame, Decision, EdgeRecords, Errand, Gateway,
+    Hypothesis, Leg, Observation, Place, PlaceId, Selection, boundary_regions, first_difference,
 };
 use meetpoint_proto::v1;
 
@@ -52,6 +52,7 @@ pub(crate) fn tree(name: v1::TreeName, travelled: &Travelled, tree: &Tree) -> v1
         assertions: tree.assertions().iter().map(assertion).collect(),
         contradicted: tree.n_contradicted(),
         unmeasured: tree.is_unmeasured(),
+        by_steps: travelled.is_by_steps(),
     }
 }
 
@@ -165,6 +166,17 @@ pub(crate) fn paths(of: &Hypothesis) -> Vec<v1::HypothesisPath> {
         places: places.into_iter().map(|place| place.0).collect(),
     };
     of.map.paths().into_iter().map(path).collect()
+}
+
+/// The regions that each path bounds.
+pub(crate) fn regions(of: &Hypothesis) -> Vec<v1::BoundaryRegions> {
+    let numbers = |places: Vec<PlaceId>| places.into_iter().map(|place| place.0).collect();
+    let bounded = |BoundaryRegions { right, left, around }| v1::BoundaryRegions {
+        right: numbers(right),
+        left: numbers(left),
+        around: numbers(around),
+    };
+    boundary_regions(&of.map).into_iter().map(bounded).collect()
 }
 
 /// Where the places of a map lie by odometry.

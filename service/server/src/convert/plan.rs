@@ -64,6 +64,7 @@ pub(crate) fn basis(field: &Field, by_tables: bool) -> v1::PlanBasis {
         profile: field.profile.name.clone(),
         robot_radius_m: field.profile.radius_m,
         answered_by: by.into(),
+        hypothesis: String::new(),
     }
 }
 

@@ -50,6 +50,20 @@ impl PlaceService for Service {
         Ok(self.get_next_travel(request.into_inner()).await?.into())
     }
 
+    async fn get_place_map(
+        &self,
+        request: Request<v1::GetPlaceMapRequest>,
+    ) -> Result<Response<v1::GetPlaceMapResponse>, Status> {
+        Ok(self.get_place_map(request.into_inner()).await?.into())
+    }
+
+    async fn list_causal_schemas(
+        &self,
+        request: Request<v1::ListCausalSchemasRequest>,
+    ) -> Result<Response<v1::ListCausalSchemasResponse>, Status> {
+        Ok(self.list_causal_schemas(request.into_inner()).await?.into())
+    }
+
     async fn list_places(
         &self,
         request: Request<v1::ListPlacesRequest>,

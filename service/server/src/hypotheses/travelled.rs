@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use meetpoint_places::{Assumptions, MapTreeParams, Observation, TravelRecord};
+use meetpoint_places::{Assumptions, MapTreeParams, Observation, Step, Travel, TravelRecord};
 use meetpoint_proto::v1;
 use meetpoint_storage::{BatchPayload, SessionId};
 use prost::Message;
@@ -16,7 +16,7 @@ use crate::error::Error;
 use crate::settings::HypothesisSettings;
 
 /// A visit to a place, as it was told.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Visit {
     /// 0 for the first.
     pub(crate) number: u32,
@@ -28,6 +28,14 @@ pub(crate) struct Visit {
     pub(crate) record: TravelRecord,
 }
 
+/// Where in the journal a visit is, and when it was by the robot's clock.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Moment {
+    /// Number of the batch.
+    pub(crate) batch: u64,
+    pub(crate) stamp_ns: i64,
+}
+
 /// A session's travel as far as it was read.
 pub(crate) struct Travelled {
     session: SessionId,
@@ -35,6 +43,10 @@ pub(crate) struct Travelled {
     /// Batches up to this number are in.
     read_through: u64,
     visits: Vec<Visit>,
+    /// One a visit.
+    moments: Vec<Moment>,
+    /// Whether the visits are those that an exploration made of firings.
+    is_by_steps: bool,
     n_left_out: u32,
     left_out_reason: String,
     /// In the order of the visits that they are of.
@@ -51,6 +63,8 @@ impl Travelled {
             limits: limits.clone(),
             read_through: 0,
             visits: Vec::new(),
+            moments: Vec::new(),
+            is_by_steps: false,
             n_left_out: 0,
             left_out_reason: String::new(),
             assertions: Vec::new(),
@@ -78,6 +92,45 @@ impl Travelled {
         self.visits.iter().skip(1).map(|visit| visit.record).collect()
     }
 
+    /// Where and when each visit was.
+    pub(crate) fn moments(&self) -> &[Moment] {
+        &self.moments
+    }
+
+    /// Whether the visits are those that an exploration made of firings.
+    pub(crate) fn is_by_steps(&self) -> bool {
+        self.is_by_steps
+    }
+
+    /// Whether the session itself told of any visit.
+    pub(crate) fn is_told(&self) -> bool {
+        !self.is_by_steps && (!self.visits.is_empty() || 0 < self.n_left_out)
+    }
+
+    /// All visits as a travel; `None` if there are none.
+    pub(crate) fn travel(&self) -> Option<Travel> {
+        let (first, others) = self.visits.split_first()?;
+        let step = |visit: &Visit| Step { turn: visit.turn, seen: visit.seen.clone() };
+        Some(Travel { first: first.seen.clone(), steps: others.iter().map(step).collect() })
+    }
+
+    /// Puts the arrivals of an exploration in place of those known so far; trees grow on if these were the first
+    /// of them.
+    pub(crate) fn follow(&mut self, arrivals: Vec<(Visit, Moment)>) {
+        let limit = self.limits.n_visits_max;
+        let n_left_out = arrivals.len().saturating_sub(limit);
+        let (visits, moments): (Vec<Visit>, Vec<Moment>) = arrivals.into_iter().take(limit).unzip();
+        if !visits.starts_with(&self.visits) {
+            self.trees.clear();
+        }
+        (self.visits, self.moments, self.is_by_steps) = (visits, moments, true);
+        self.n_left_out = u32::try_from(n_left_out).unwrap_or(u32::MAX);
+        self.left_out_reason = match n_left_out {
+            0 => String::new(),
+            _ => too_long(limit),
+        };
+    }
+
     /// Takes the visits of the next batch in.
     ///
     /// # Errors
@@ -88,14 +141,26 @@ impl Travelled {
             v1::Batch::decode(payload.as_slice()).map_err(Error::internal)?;
         let told = (0_u32..).zip(observations).filter(|(index, _)| !rejected.contains(index));
         let visits = told.filter_map(|(_, observation)| match observation.kind {
-            Some(Kind::PlaceVisit(wire)) => Some(place_visit::visit(&wire)),
+            Some(Kind::PlaceVisit(wire)) => {
+                let moment = Moment { batch: *number, stamp_ns: observation.stamp_ns };
+                Some(place_visit::visit(&wire).map(|visit| (visit, moment)))
+            }
             _ => None,
         });
         // All of the batch or nothing.
-        let visits: Result<Vec<Visit>, _> = visits.collect();
-        for visit in visits.map_err(|(_, detail)| Error::internal(detail))? {
+        let visits: Result<Vec<(Visit, Moment)>, _> = visits.collect();
+        let visits = visits.map_err(|(_, detail)| Error::internal(detail))?;
+        if self.is_by_steps && !visits.is_empty() {
+            // What the robot tells counts, now that it does.
+            let read_through = self.read_through;
+            *self = Self { read_through, ..Self::new(self.session, &self.limits.clone()) };
+        }
+        for (visit, moment) in visits {
             match self.objection(&visit) {
-                None => self.visits.push(visit),
+                None => {
+                    self.visits.push(visit);
+                    self.moments.push(moment);
+                }
                 Some(reason) => {
                     self.n_left_out += 1;
                     self.left_out_reason = reason;
@@ -110,7 +175,7 @@ impl Travelled {
     fn objection(&self, visit: &Visit) -> Option<String> {
         let (n_visits, limit) = (self.visits.len(), self.limits.n_visits_max);
         if limit <= n_visits {
-            return Some(format!("a travel of {limit} visits is as long as is taken"));
+            return Some(too_long(limit));
         }
         let Visit { number, turn, .. } = visit;
         if usize::try_from(*number).ok() != Some(n_visits) {
@@ -205,6 +270,10 @@ impl Travelled {
     fn params(&self, assumptions: Assumptions) -> MapTreeParams {
         MapTreeParams { assumptions, n_hypotheses_max: self.limits.n_kept_max }
     }
+}
+
+fn too_long(limit: usize) -> String {
+    format!("a travel of {limit} visits is as long as is taken")
 }
 
 /// By whether paths are ordered, and planarity.

@@ -5,6 +5,7 @@ use meetpoint_places::{
 };
 use meetpoint_proto::v1;
 use meetpoint_storage::{MapId, NewHypothesisDecision, SessionId};
+use tokio::sync::OwnedMutexGuard;
 
 use super::maps::shortened;
 use super::page;
@@ -16,15 +17,15 @@ use crate::{clock, error::Error, service::Service};
 
 /// Batches read from the journal at once.
 const N_BATCHES_A_PAGE: u32 = 64;
-/// The name of the first of the maps where a graph is asked for.
-const SIMPLEST: &str = "simplest";
+/// The name of the first of the maps where a graph or a path is asked for.
+pub(super) const SIMPLEST: &str = "simplest";
 /// Characters of a reason or an author.
 const TEXT_LEN_MAX: usize = 200;
 
 /// A tree that somebody asked for.
-struct Asked {
+pub(super) struct Asked {
     map: MapId,
-    session: SessionId,
+    pub(super) session: SessionId,
     /// With the session.
     name: v1::TreeName,
 }
@@ -78,6 +79,7 @@ impl Service {
                 at_gateway: map.at.index.into(),
                 agenda: hypothesis::agenda(map),
                 frame: frame_if_any(tree.frame(map, &travelled.records()))?,
+                regions: hypothesis::regions(map),
                 png,
             })
         })
@@ -214,7 +216,7 @@ impl Service {
     }
 
     /// What a request names: the map's last travelled session if it names none.
-    async fn asked(&self, name: Option<v1::TreeName>) -> Result<Asked, Error> {
+    pub(super) async fn asked(&self, name: Option<v1::TreeName>) -> Result<Asked, Error> {
         let name = name.ok_or_else(|| Error::field("tree", "missing"))?;
         let map = self.map_record(&name.map).await?.id;
         let session = if name.session.is_empty() {
@@ -237,25 +239,13 @@ impl Service {
 
     /// Answers from the tree that was asked for, brought up to the journal: beside the async threads,
     /// since it may take seconds after a start.
-    async fn with_tree<T: Send + 'static>(
+    pub(super) async fn with_tree<T: Send + 'static>(
         &self,
         asked: Asked,
         answer: impl FnOnce(v1::TreeName, &Travelled, &Tree) -> Result<T, Error> + Send + 'static,
     ) -> Result<T, Error> {
+        let mut travelled = self.travelled(&asked).await?;
         let Asked { map, session, name } = asked;
-        // One after the other, and who waits for that keeps no other query waiting.
-        let kept = self.travels.of(session, &self.settings.hypotheses);
-        let mut travelled = kept.lock_owned().await;
-        loop {
-            let after = travelled.read_through();
-            let batches = self.store.visit_batches(session, after, N_BATCHES_A_PAGE).await?;
-            batches.iter().try_for_each(|batch| travelled.read(batch))?;
-            if batches.len() < N_BATCHES_A_PAGE as usize {
-                break;
-            }
-        }
-        let decisions = self.store.hypothesis_decisions(&map).await?;
-        travelled.set_assertions(hypothesis_decision::said(session, &decisions)?.in_force);
         let _permit = self.travels.growing.acquire().await.map_err(|_| Error::Stopping)?;
         let answering = tokio::task::spawn_blocking(move || {
             let assumptions = hypothesis::assumptions(&name);
@@ -275,6 +265,31 @@ impl Service {
         })?
     }
 
+    /// A session's travel, brought up to the journal.
+    pub(super) async fn travelled(
+        &self,
+        asked: &Asked,
+    ) -> Result<OwnedMutexGuard<Travelled>, Error> {
+        let Asked { map, session, name } = asked;
+        // One after the other, and who waits for that keeps no other query waiting.
+        let kept = self.travels.of(*session, &self.settings.hypotheses);
+        let mut travelled = kept.lock_owned().await;
+        loop {
+            let after = travelled.read_through();
+            let batches = self.store.visit_batches(*session, after, N_BATCHES_A_PAGE).await?;
+            batches.iter().try_for_each(|batch| travelled.read(batch))?;
+            if batches.len() < N_BATCHES_A_PAGE as usize {
+                break;
+            }
+        }
+        if !travelled.is_told() {
+            travelled.follow(self.arrivals(&name.session).await?);
+        }
+        let decisions = self.store.hypothesis_decisions(map).await?;
+        travelled.set_assertions(hypothesis_decision::said(*session, &decisions)?.in_force);
+        Ok(travelled)
+    }
+
     async fn decide_hypothesis(&self, map: MapId, payload: Vec<u8>) -> Result<(), Error> {
         let new = NewHypothesisDecision { map, payload, time_ns: clock::now_ns() };
         self.store.decide_hypothesis(&new).await?;
@@ -289,7 +304,7 @@ fn said_by(reason: &str, author: &str) -> Result<[String; 2], Error> {
 }
 
 /// The map of that id with its rank, or the first.
-fn found<'a>(
+pub(super) fn found<'a>(
     travelled: &Travelled,
     tree: &'a Tree,
     id: &str,
@@ -310,7 +325,11 @@ fn frame_if_any(
 }
 
 /// What was measured along the edges of one of a tree's maps.
-fn edges(travelled: &Travelled, tree: &Tree, map: &Hypothesis) -> Result<EdgeRecords, Error> {
+pub(super) fn edges(
+    travelled: &Travelled,
+    tree: &Tree,
+    map: &Hypothesis,
+) -> Result<EdgeRecords, Error> {
     let edges = EdgeRecords::new(map, tree.maps().travel(), &travelled.records());
     edges.ok_or_else(|| Error::internal("a map that does not fit its own travel"))
 }

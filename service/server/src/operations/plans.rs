@@ -49,6 +49,12 @@ impl Service {
         &self,
         request: v1::PlanPathRequest,
     ) -> Result<v1::PlanPathResponse, Error> {
+        if !request.hypothesis.is_empty() {
+            return self.plan_path_of_places(request).await;
+        }
+        if let Some(field) = of_places(&request) {
+            return Err(Error::field(field, "only together with `hypothesis`"));
+        }
         let v1::PlanPathRequest {
             map,
             start,
@@ -59,6 +65,10 @@ impl Service {
             map_version,
             route_only,
             cells,
+            hypothesis: _,
+            tree: _,
+            from_place: _,
+            to_place: _,
         } = request;
         let mode = v1::PlanMode::try_from(mode)
             .map_err(|_| Error::field("mode", format!("{mode} is no mode")))?;
@@ -352,6 +362,12 @@ impl Service {
         let field = field.clone();
         tokio::task::spawn_blocking(move || query(&field)).await.map_err(Error::internal)
     }
+}
+
+/// A field that is given and would be overlooked, since no map of places is asked for.
+fn of_places(request: &v1::PlanPathRequest) -> Option<&'static str> {
+    let given = [("from_place", request.from_place), ("to_place", request.to_place)];
+    given.into_iter().find(|(_, place)| place.is_some()).map(|(name, _)| name)
 }
 
 /// What is true of each end of a matrix.

@@ -12,6 +12,7 @@ use crate::convert::{
     distinctive_place, place_graph_picture, qualitative, qualitative_decision, sensor, session,
     slug,
 };
+use crate::hypotheses::{Moment, Visit};
 use crate::qualitative::{Begun, Decided, Decision, Explored};
 use crate::{clock, error::Error, service::Service};
 
@@ -149,6 +150,15 @@ impl Service {
         let decided = Decided::Marked { place: meant, is_home: !undo };
         let exploration = Some(self.decide_exploration(asked, decided, said_by).await?);
         Ok(v1::MarkHomeResponse { exploration, place: meant.0 })
+    }
+
+    /// Where a session arrived that is told step by step, and when; nothing of one that cannot be.
+    pub(super) async fn arrivals(&self, session: &str) -> Result<Vec<(Visit, Moment)>, Error> {
+        match self.explored(session).await {
+            Ok(asked) => Ok(asked.explored.arrivals()),
+            Err(Error::NotAllAround(_)) => Ok(Vec::new()),
+            Err(error) => Err(error),
+        }
     }
 
     /// Records a decision and lets it hold.

@@ -2,7 +2,7 @@
 //! explorer makes of both.
 
 use meetpoint_geometry::Pose;
-use meetpoint_places::qualitative::{Explorer, Firing, Guide, GuideParams};
+use meetpoint_places::qualitative::{Explorer, Firing, Guide, GuideParams, Stop};
 use meetpoint_proto::v1;
 use meetpoint_storage::{BatchPayload, SessionId};
 use meetpoint_tracking::{Odometry, Velocity};
@@ -13,6 +13,7 @@ use super::decision::{Begun, Decided, Decision};
 use super::eye::Eye;
 use crate::convert::{pose, sensor::DeclaredSensor};
 use crate::error::Error;
+use crate::hypotheses::{Moment, Visit};
 use crate::settings::QualitativeSettings;
 
 /// Label of the mark by which a robot tells that it sees that it is home.
@@ -39,6 +40,8 @@ pub(crate) struct Explored {
     sees_home: bool,
     stamp_ns: i64,
     n_left_out: u64,
+    /// Of each stop of the explorer's itinerary: the batch and the stamp of the firing at which it ended.
+    moments: Vec<Moment>,
 }
 
 impl Explored {
@@ -68,6 +71,7 @@ impl Explored {
             sees_home: false,
             stamp_ns: 0,
             n_left_out: 0,
+            moments: Vec::new(),
         })
     }
 
@@ -114,6 +118,16 @@ impl Explored {
         self.stamp_ns
     }
 
+    /// Where it arrived, as a travel of visits, and when.
+    pub(crate) fn arrivals(&self) -> Vec<(Visit, Moment)> {
+        let stops = self.guide.explorer().itinerary().stops();
+        let arrival = |(number, (stop, &moment)): (u32, (&Stop, &Moment))| {
+            let Stop { turn, seen, record } = stop.clone();
+            (Visit { number, turn, seen, record }, moment)
+        };
+        (0_u32..).zip(stops.iter().zip(&self.moments)).map(arrival).collect()
+    }
+
     /// Firings that were not.
     pub(crate) fn n_left_out(&self) -> u64 {
         self.n_left_out
@@ -148,7 +162,7 @@ impl Explored {
         self.decide(number.saturating_sub(1))?;
         for (index, observation) in (0_u32..).zip(observations) {
             if !rejected.contains(&index) {
-                self.take_in(observation);
+                self.take_in(*number, observation);
             }
         }
         self.n_batches_skipped += number.saturating_sub(self.read_through + 1);
@@ -176,6 +190,7 @@ impl Explored {
                     self.guide = guide(&begun, &self.limits);
                     (self.begun, self.begun_after) = (begun, after_batch);
                     (self.n_left_out, self.n_batches_skipped) = (0, 0);
+                    self.moments.clear();
                 }
                 Decided::Selected(selection) => {
                     self.begun.selection = selection;
@@ -190,7 +205,7 @@ impl Explored {
         Ok(())
     }
 
-    fn take_in(&mut self, observation: v1::Observation) {
+    fn take_in(&mut self, batch: u64, observation: v1::Observation) {
         let v1::Observation { stamp_ns, monotonic_ns: _, sensor_id, kind } = observation;
         let ranges_m = match kind {
             Some(Kind::OdometryPose(v1::OdometryPose { odometry_from_robot: Some(wire) })) => {
@@ -222,11 +237,12 @@ impl Explored {
             }
         };
         if sensor_id == self.eye.sensor() {
-            self.fire(stamp_ns, &ranges_m);
+            self.fire(Moment { batch, stamp_ns }, &ranges_m);
         }
     }
 
-    fn fire(&mut self, stamp_ns: i64, ranges_m: &[f32]) {
+    fn fire(&mut self, moment: Moment, ranges_m: &[f32]) {
+        let stamp_ns = moment.stamp_ns;
         let is_room = self.guide.n_firings() < self.limits.n_firings_max;
         let odometry: Option<Pose> = self.odometry.pose_at(stamp_ns).filter(|_| is_room);
         let Some(odometry_from_robot) = odometry else {
@@ -237,6 +253,8 @@ impl Explored {
         let ranges_m = &self.eye.ring(ranges_m)[..];
         self.guide.take_in(&Firing { ranges_m, odometry_from_robot, sees_home });
         self.stamp_ns = stamp_ns;
+        let n_stops = self.guide.explorer().itinerary().stops().len();
+        self.moments.resize(n_stops, moment);
     }
 }
 

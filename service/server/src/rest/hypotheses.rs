@@ -124,8 +124,13 @@ impl HypothesisPath {
     /// The map, and the hypothesis as messages name it.
     pub(super) fn named(self) -> (String, String) {
         let Self { map, hypothesis } = self;
-        (map, if hypothesis == SIMPLEST { String::new() } else { hypothesis })
+        (map, named(hypothesis))
     }
+}
+
+/// A hypothesis as messages name it.
+pub(super) fn named(hypothesis: String) -> String {
+    if hypothesis == SIMPLEST { String::new() } else { hypothesis }
 }
 
 /// Why something is said of a map, and who says so.
@@ -202,6 +207,18 @@ pub(crate) struct AgendaItem {
     turns: Vec<u32>,
 }
 
+/// The regions that a path bounds, as sets of places; a place that nobody travelled to without the path is in
+/// none.
+#[derive(Debug, Serialize, ToSchema)]
+pub(crate) struct BoundaryRegions {
+    /// Places to the right of one who goes along the path as it is listed.
+    right: Vec<u32>,
+    /// Places to the left.
+    left: Vec<u32>,
+    /// Places on neither side, since one comes to them from both: around an end of the path, or over a bridge.
+    around: Vec<u32>,
+}
+
 /// A map of places.
 #[derive(Debug, Serialize, ToSchema)]
 pub(crate) struct HypothesisDetail {
@@ -211,6 +228,8 @@ pub(crate) struct HypothesisDetail {
     places: Vec<HypothesisPlace>,
     /// Paths, each as its places in order: along them one goes straight on.
     paths: Vec<Vec<u32>>,
+    /// One for each of `paths`.
+    regions: Vec<BoundaryRegions>,
     /// The place where the robot is by this map.
     at_place: u32,
     /// The gateway where it came in.
@@ -282,6 +301,7 @@ pub(super) async fn get_hypothesis(
         png,
         paths,
         frame,
+        regions,
     } = rest.service.get_hypothesis(request).await?;
     if picture {
         return Ok(([(header::CONTENT_TYPE, "image/png")], png).into_response());
@@ -290,16 +310,31 @@ pub(super) async fn get_hypothesis(
         let v1::AgendaItem { place, gateway, turns } = wire;
         AgendaItem { place, gateway, turns }
     });
+    let (tree, hypothesis) = (filled(tree, "tree")?, filled(hypothesis, "hypothesis")?);
+    let link = place_link(tree.name.clone().unwrap_or_default(), &hypothesis.id);
+    let place = |wire| HypothesisPlace::linked(wire, &link);
+    let bounded = |wire: v1::BoundaryRegions| {
+        let v1::BoundaryRegions { right, left, around } = wire;
+        BoundaryRegions { right, left, around }
+    };
     Ok(ok(&HypothesisDetail {
-        tree: filled(tree, "tree")?.into(),
-        hypothesis: filled(hypothesis, "hypothesis")?.into(),
-        places: places.into_iter().map(HypothesisPlace::from).collect(),
+        tree: tree.into(),
+        hypothesis: hypothesis.into(),
+        places: places.into_iter().map(place).collect(),
+        regions: regions.into_iter().map(bounded).collect(),
         paths: paths.into_iter().map(|v1::HypothesisPath { places }| places).collect(),
         at_place,
         at_gateway,
         agenda: agenda.collect(),
         frame: frame.map(HypothesisFrame::from),
     }))
+}
+
+/// Where what was seen of a hypothesis's places is, but for their numbers: path and query.
+fn place_link(tree: v1::TreeName, hypothesis: &str) -> [String; 2] {
+    let v1::TreeName { map, session, planar, circles, metrical } = tree;
+    let path = format!("/v1/maps/{map}/hypotheses/{hypothesis}/places");
+    [path, format!("session={session}&planar={planar}&circles={circles}&metrical={metrical}")]
 }
 
 /// Says that a map is true.

@@ -46,6 +46,9 @@ pub(crate) struct HypothesisTree {
     contradicted: Unsigned64,
     /// Whether the tree was to be metrical and visits are without odometry.
     unmeasured: bool,
+    /// Whether the session told of no visits, and these are read from its firings: of a robot that is told step by
+    /// step.
+    by_steps: bool,
 }
 
 impl From<v1::HypothesisTree> for HypothesisTree {
@@ -63,6 +66,7 @@ impl From<v1::HypothesisTree> for HypothesisTree {
             assertions,
             contradicted,
             unmeasured,
+            by_steps,
         } = wire;
         let v1::TreeName { map, session, planar, circles, metrical } = name.unwrap_or_default();
         Self {
@@ -82,6 +86,7 @@ impl From<v1::HypothesisTree> for HypothesisTree {
             assertions: assertions.into_iter().map(HypothesisAssertion::from).collect(),
             contradicted: Unsigned64(contradicted),
             unmeasured,
+            by_steps,
         }
     }
 }
@@ -187,13 +192,18 @@ pub(crate) struct HypothesisPlace {
     view_is_unique: bool,
     /// In the order of the star.
     gateways: Vec<HypothesisGateway>,
+    /// Where what was seen of it is: its local map, gateways and stars; `&format=png` behind it for a picture.
+    #[schema(example = "/v1/maps/intel/hypotheses/14-9f3c2a71d05be6aa/places/3?session=0199")]
+    local_map: String,
 }
 
-impl From<v1::HypothesisPlace> for HypothesisPlace {
-    fn from(wire: v1::HypothesisPlace) -> Self {
+impl HypothesisPlace {
+    /// With the path before its number and the query behind it.
+    pub(super) fn linked(wire: v1::HypothesisPlace, [path, query]: &[String; 2]) -> Self {
         let v1::HypothesisPlace { number, star, view, view_is_unique, gateways } = wire;
         let gateways = gateways.into_iter().map(HypothesisGateway::from).collect();
-        Self { number, star, view, view_is_unique, gateways }
+        let local_map = format!("{path}/{number}?{query}");
+        Self { number, star, view, view_is_unique, gateways, local_map }
     }
 }
 

@@ -22,9 +22,14 @@ pub(crate) struct Basis {
     profile: Option<String>,
     /// Of the robot that the answer holds for, in metres: at least the one asked for.
     robot_radius_m: f64,
-    /// `TABLES`, or `SEARCH` while these are being made or for a radius that no profile has.
+    /// `TABLES`, or `SEARCH` while these are being made or for a radius that no profile has; `PLACES` of a map of
+    /// places.
     #[schema(example = "TABLES")]
     answered_by: &'static str,
+    /// Id of the map of places that answers; absent of a version. Version, cost revision and radius are then 0.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    #[schema(nullable = false)]
+    hypothesis: Option<String>,
 }
 
 impl Basis {
@@ -35,8 +40,17 @@ impl Basis {
         let answered_by = match wire.answered_by() {
             v1::AnsweredBy::Unspecified | v1::AnsweredBy::Search => "SEARCH",
             v1::AnsweredBy::Tables => "TABLES",
+            v1::AnsweredBy::Places => "PLACES",
         };
-        let v1::PlanBasis { map, map_version, cost_revision, profile, robot_radius_m, .. } = wire;
+        let v1::PlanBasis {
+            map,
+            map_version,
+            cost_revision,
+            profile,
+            robot_radius_m,
+            answered_by: _,
+            hypothesis,
+        } = wire;
         Ok(Self {
             map,
             map_version: Unsigned64(map_version),
@@ -44,6 +58,7 @@ impl Basis {
             profile: (!profile.is_empty()).then_some(profile),
             robot_radius_m,
             answered_by,
+            hypothesis: (!hypothesis.is_empty()).then_some(hypothesis),
         })
     }
 }
@@ -163,12 +178,13 @@ impl From<v1::PlannedPath> for PlannedPath {
             cost_m,
             loss_bound,
         } = wire;
-        let is_dense = !points.is_empty();
+        // Of a map of places there may be a length without points, and there is no clearance.
+        let is_dense = !points.is_empty() || 0.0 < path_length_m;
         Self {
             route: route.into_iter().map(RouteStep::from).collect(),
             grid_length_m,
             path_length_m: is_dense.then_some(path_length_m),
-            clearance_min_m: is_dense.then_some(clearance_min_m),
+            clearance_min_m: (0.0 < clearance_min_m).then_some(clearance_min_m),
             points: points.into_iter().map(Point::from).collect(),
             cells: cells.into_iter().map(Point::from).collect(),
             cost_m,

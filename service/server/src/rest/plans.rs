@@ -8,6 +8,7 @@ use utoipa::{IntoParams, ToSchema};
 
 use super::Rest;
 use super::geometry::Point;
+use super::hypotheses::{TreeQuery, tree};
 use super::integer::{Signed64, Unsigned64};
 use super::maps::MapPath;
 use super::openapi::{PlanProblems, ReadProblems};
@@ -46,10 +47,16 @@ impl From<Mode> for v1::PlanMode {
 /// A question for a path.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
+#[expect(
+    clippy::struct_excessive_bools,
+    reason = "each is a word of the question, and of the wire"
+)]
 pub(crate) struct PathQuestion {
-    /// In the map's frame.
-    start: Point,
-    goal: Point,
+    /// In the map's frame. Not with `hypothesis`.
+    #[schema(nullable = false)]
+    start: Option<Point>,
+    #[schema(nullable = false)]
+    goal: Option<Point>,
     /// Name of a profile; absent for `default`. Not beside `robot_radius_m`.
     #[schema(nullable = false, example = "default")]
     profile: Option<String>,
@@ -72,6 +79,31 @@ pub(crate) struct PathQuestion {
     /// Whether the cells of the path in the grid are wanted too.
     #[serde(default)]
     cells: bool,
+    /// A path on a map of places in place of a version: its id, or `simplest`. Regions and arcs are then those of
+    /// `graph?hypothesis=`: places, by their numbers plus one, and edges. It is as long as these were when they were
+    /// travelled; `TRAVEL_NOT_MEASURED` where one has neither a length nor odometry.
+    #[serde(default)]
+    #[schema(example = "")]
+    hypothesis: String,
+    /// With `hypothesis`: number of a place; absent for where the session's robot is by that map.
+    #[schema(nullable = false)]
+    from_place: Option<u32>,
+    /// With `hypothesis`: likewise.
+    #[schema(nullable = false)]
+    to_place: Option<u32>,
+    /// With `hypothesis`: id of the session; absent or empty for the one that was opened last of those that told of
+    /// visits.
+    #[serde(default)]
+    session: String,
+    /// With `hypothesis`: no two ways cross but at places.
+    #[serde(default)]
+    planar: bool,
+    /// With `hypothesis`: ways may come back to a place that they pass.
+    #[serde(default)]
+    circles: bool,
+    /// With `hypothesis`: maps against which odometry speaks are left out.
+    #[serde(default)]
+    metrical: bool,
 }
 
 /// What a question says of the robot.
@@ -97,7 +129,7 @@ fn number(version: Option<Unsigned64>) -> u64 {
     version.map_or(0, |version| version.0)
 }
 
-/// The shortest path between two points, by cost, and others if asked for.
+/// The shortest path between two points, by cost, and others if asked for; or between two places of a map of places.
 ///
 /// What is true of the world is an answer with a `code`; what is wrong with the question is an error.
 #[utoipa::path(
@@ -123,17 +155,29 @@ pub(super) async fn plan_path(
         map_version,
         route_only,
         cells,
+        hypothesis,
+        from_place,
+        to_place,
+        session,
+        planar,
+        circles,
+        metrical,
     } = body.value;
+    let tree = tree(path.map.clone(), TreeQuery { session, planar, circles, metrical });
     let request = v1::PlanPathRequest {
         map: path.map,
-        start: Some(start.into()),
-        goal: Some(goal.into()),
+        start: start.map(v1::Point::from),
+        goal: goal.map(v1::Point::from),
         robot: robot(profile, robot_radius_m)?,
         mode: v1::PlanMode::from(mode).into(),
         alternatives,
         map_version: number(map_version),
         route_only,
         cells,
+        tree: (!hypothesis.is_empty()).then_some(tree),
+        hypothesis,
+        from_place,
+        to_place,
     };
     Ok(ok(&PathReply::new(rest.service.plan_path(request).await?)?))
 }
