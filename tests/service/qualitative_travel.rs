@@ -44,7 +44,7 @@ async fn explored<'a>(service: &Running, world: &'a NxWorld, senses: Senses) -> 
 #[tokio::test(flavor = "multi_thread")]
 async fn its_arrivals_are_visits_with_a_compass_and_without() {
     for has_compass in [true, false] {
-        let world = world("two loops");
+        let world = world("block");
         let data = empty_folder();
         let service = Launch::at(data.path()).start();
         let senses = Senses { has_compass, ..Senses::of(Eyes::Ring) };
@@ -101,7 +101,7 @@ async fn its_places_have_maps() {
 /// Where home is marked the robot tells that it sees it, and one place is home.
 #[tokio::test(flavor = "multi_thread")]
 async fn home_is_known_where_it_is_marked() {
-    let world = world("two loops");
+    let world = world("block");
     let data = empty_folder();
     let service = Launch::at(data.path()).start();
     let senses = Senses { has_home: true, ..Senses::of(Eyes::Ring) };

@@ -47,8 +47,24 @@ impl Visit {
     }
 }
 
-/// The visits of one drive to all places that hang together with the widest; `None` if there is
-/// no way for a robot of that size.
+/// Those of the places that a robot gets to from the first of them.
+fn reachable(
+    building: &Building,
+    (map_from_building, robot): (Pose, Robot),
+    cores: Vec<(PlaceId, Point2<f64>)>,
+) -> Vec<(PlaceId, Point2<f64>)> {
+    let in_building = |core: Point2<f64>| map_from_building.inverse() * core;
+    let Some(&(first, start)) = cores.first() else { return cores };
+    let is_reached = |&(id, core): &(PlaceId, Point2<f64>)| {
+        let way = [in_building(start), in_building(core)];
+        let rng = ChaCha8Rng::seed_from_u64(1);
+        id == first || Drive::new(building, robot, &way, 0, rng).is_some()
+    };
+    cores.into_iter().filter(is_reached).collect()
+}
+
+/// The visits of one drive to all places that hang together with the widest and a robot of that size gets to; `None`
+/// if it cannot even start.
 pub(super) fn visits(
     plan: &Raster,
     parsed: &ParsedMap,
@@ -65,9 +81,14 @@ pub(super) fn visits(
     let core = |id: PlaceId| parsed.places().find(|(other, _)| *other == id).map(|(_, p)| p.core);
     let cores: Vec<(PlaceId, Point2<f64>)> =
         order.into_iter().filter_map(|id| Some((id, core(id)?))).collect();
+    let robot = Robot { odometry_error, ..ROBOT };
+    let n_asked = cores.len();
+    let cores = reachable(&building, (map_from_building, robot), cores);
+    if cores.len() < n_asked {
+        eprintln!("{} places are too narrow for the robot: left out", n_asked - cores.len());
+    }
     let waypoints: Vec<Point2<f64>> =
         cores.iter().map(|(_, core)| map_from_building.inverse() * *core).collect();
-    let robot = Robot { odometry_error, ..ROBOT };
     let drive = Drive::new(&building, robot, &waypoints, 0, ChaCha8Rng::seed_from_u64(1))?;
     let geometry = ROBOT.laser.geometry();
     let mut map = ScrollingMap::new(frame, SIDE_M, 0.5);
