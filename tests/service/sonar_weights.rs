@@ -42,9 +42,10 @@ fn told(done: &Output) -> Value {
 fn weights(folder: &TempDir) -> (PathBuf, String) {
     let drawing = folder.path().join("rooms.txt");
     fs::write(&drawing, two_rooms()).expect("the folder can be written");
-    let source = ["--drawing", drawing.to_str().expect("a temporary folder's name")];
-    let (path, done) = train(folder.path(), &source);
+    let drawing = drawing.to_str().expect("a temporary folder's name");
+    let (path, done) = train(folder.path(), &["--drawing", drawing, "--way-places", "400"]);
     let body = told(&done);
+    assert_eq!(body["purpose"], "drawing", "{body}");
     assert_eq!(body["held_out"]["n_places"], 1000, "{body}");
     assert_eq!(body["held_out"]["calibration"].as_array().map(Vec::len), Some(10), "tenths");
     let nats = |model: &str| body["held_out"][model]["cross_entropy_nats"].as_f64();
@@ -69,13 +70,17 @@ async fn versions_tell_by_which_weights_they_were_drawn() {
     let (path, name) = weights(&folder);
     let service = Launch::at(data.path()).setting("mapping.sonar_weights", path.display()).start();
     let (grid, version) = heard(&service.grpc()).await;
-    assert_eq!(version.sonar_weights, name, "as the file is named");
+    let drawn_by = |version: &v1::MapVersion| {
+        let names = version.sonar_weights.split_once('+');
+        names.map_or_else(String::new, |(drawing, _)| drawing.to_owned())
+    };
+    assert_eq!(drawn_by(&version), name, "as the file is named");
     let by_rest = service.rest().version("hall", version.number).await.expect("the same");
     assert_eq!(by_rest, version, "over REST too");
     let service_that_ships = Launch::at(shipped_data.path()).start();
     let (shipped, version) = heard(&service_that_ships.rest()).await;
-    assert_ne!(version.sonar_weights, name, "those that come with the service");
-    assert_ne!(version.sonar_weights, "", "they have a name, too");
+    assert_ne!(drawn_by(&version), name, "those that come with the service");
+    assert_ne!(drawn_by(&version), "", "they have a name, too");
     assert!(shipped.cells != grid.cells, "other weights, another map");
     let url = service.url();
     let (_, done) = train(folder.path(), &["--map", "hall", "--server", &url]);
@@ -95,6 +100,10 @@ fn weights_that_are_none_are_refused_at_start() {
     fs::write(&path, "{\"weights\": 1}").expect("the folder can be written");
     let (_, told) = launch.refused();
     assert!(told.contains("this is not what `meetpoint train` writes"), "{told}");
+    let (path, _) = weights(&folder);
+    let setting = "mapping.sonar_following_weights";
+    let (_, told) = Launch::at(data.path()).setting(setting, path.display()).refused();
+    assert!(told.contains(setting) && told.contains("its weights are for drawing maps"), "{told}");
 }
 
 #[test]

@@ -68,6 +68,14 @@ impl Grid {
         (!log_odds.is_nan()).then_some(log_odds)
     }
 
+    /// Log-odds of "occupied" as robots without a laser are followed by them ([`Grid::insert_followed`]), or `None`
+    /// where nothing is known.
+    pub fn followed_log_odds(&self, cell: Cell) -> Option<f32> {
+        let (tile, index) = tile_place(cell);
+        let log_odds = self.tiles.get(&tile)?.followed_log_odds(index);
+        (!log_odds.is_nan()).then_some(log_odds)
+    }
+
     /// Where in a cell its recent hits lie, or `None` if nothing was ever hit there.
     pub fn hit_mean(&self, cell: Cell) -> Option<HitMean> {
         let (tile, index) = tile_place(cell);

@@ -21,8 +21,8 @@
 
 use crate::changes::DECIDED;
 use crate::grid::Grid;
+use crate::invalid_tile::InvalidTile;
 use crate::scan_marks::{Mark, ScanMarks, tile_place};
-use crate::tile::InvalidTile;
 
 /// Readings this near to a look's first belong to it, nanoseconds: somebody who walks by covers a cell for less
 /// than half a second, a fifth of a look.

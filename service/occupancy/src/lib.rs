@@ -3,9 +3,11 @@
 mod beam;
 mod changes;
 mod doors;
+mod following;
 mod grid;
 mod history;
 mod image;
+mod invalid_tile;
 mod map_tile;
 mod raster;
 mod ray;
@@ -23,6 +25,7 @@ pub use image::{
     MapYaml, Picture, cells_from_picture, imported, npy, pgm, png, read_pgm, read_picture,
     read_png, read_yaml, terminal, yaml,
 };
+pub use invalid_tile::InvalidTile;
 pub use map_tile::{MAP_TILE_LEVEL_MAX, MAP_TILE_PIXELS, map_tile};
 pub use raster::Raster;
 pub use scan_marks::ScanMarks;
@@ -31,4 +34,4 @@ pub use sonar::{
     InverseCone, Network, SonarModel, SonarRing, SonarScan, SonarView, Tenth, TrainingParams,
     WayExamination, WayTrainingParams, cross_entropy, trained, trained_on_ways,
 };
-pub use tile::{HitMean, InvalidTile, TILE_CELLS, Tile, TileIndex};
+pub use tile::{HitMean, TILE_CELLS, Tile, TileIndex};

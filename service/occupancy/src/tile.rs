@@ -2,13 +2,15 @@
 
 use std::fmt;
 
+use crate::following::{FOLLOWING_BYTES, Following};
 use crate::history::{HISTORY_BYTES, History};
+use crate::invalid_tile::InvalidTile;
 
 /// Cells along each side of a tile.
 pub const TILE_CELLS: i32 = 64;
 
 /// Cells of a tile.
-const N_CELLS: usize = 64 * 64;
+pub(crate) const N_CELLS: usize = 64 * 64;
 
 /// First byte of a stored tile in which no cell was heard only: the format that follows.
 const FORMAT: u8 = 1;
@@ -19,8 +21,11 @@ const FORMAT_HEARD: u8 = 2;
 /// First byte of a stored tile that remembers what became of cells.
 const FORMAT_HISTORIES: u8 = 3;
 
+/// First byte of a stored tile that robots without a laser are followed by.
+pub(crate) const FORMAT_FOLLOWING: u8 = 4;
+
 /// The bits of "never observed": one NaN of all, so that equal tiles are equal bytes.
-const NEVER_OBSERVED: f32 = f32::NAN;
+pub(crate) const NEVER_OBSERVED: f32 = f32::NAN;
 
 /// Steps of a [`HitMean`] along each side of a cell.
 const HIT_STEPS: f32 = 255.0;
@@ -81,6 +86,8 @@ pub struct Tile {
     hits: Box<[HitMean; N_CELLS]>,
     /// By place in the tile. Invariant: ascending, each once, below 4,096.
     histories: Vec<(u16, History)>,
+    /// What sonars said, as robots are followed by it; `None` where they never spoke.
+    following: Option<Following>,
 }
 
 impl Tile {
@@ -90,6 +97,7 @@ impl Tile {
             log_odds: Box::new([NEVER_OBSERVED; N_CELLS]),
             hits: Box::new([HitMean::NONE; N_CELLS]),
             histories: Vec::new(),
+            following: None,
         }
     }
 
@@ -127,8 +135,35 @@ impl Tile {
     /// Sets a cell's log-odds by what sonar says of it.
     #[inline]
     pub(crate) fn set_heard(&mut self, index: usize, log_odds: f32) {
+        self.following();
         self.set_log_odds(index, log_odds);
         self.hits[index] = HitMean::HEARD;
+    }
+
+    /// Log-odds of a cell as robots without a laser are followed by them: what a laser says of it, else what
+    /// [`crate::Grid::insert_followed`] brought; NaN where nothing is known. A tile of an older program knows but
+    /// one map of what was heard. `index` as in [`Tile::hit_mean`].
+    ///
+    /// # Panics
+    /// If `index` is not below 4,096.
+    #[inline]
+    pub fn followed_log_odds(&self, index: usize) -> f32 {
+        match &self.following {
+            Some(following) if self.is_for_sonar(index) => following.log_odds(index),
+            _ => self.log_odds[index],
+        }
+    }
+
+    /// Sets what a robot is followed by in a cell that is for sonar.
+    #[inline]
+    pub(crate) fn set_followed(&mut self, index: usize, log_odds: f32) {
+        self.following().set(index, log_odds);
+    }
+
+    /// Begins, before sonar first draws here, with what an older program has drawn.
+    #[inline]
+    fn following(&mut self) -> &mut Following {
+        self.following.get_or_insert_with(|| Following::of(|index| self.log_odds[index]))
     }
 
     /// Forgets what was heard of a cell, if no more is known: a laser looks at it now.
@@ -198,14 +233,18 @@ impl Tile {
     /// two steps. In format 2, which is that of tiles with cells that were heard only, these stand in
     /// the same list with steps 0 and 1. In format 3, which is that of tiles with histories, the number of
     /// that list's entries stands before it as little-endian u32, and after it for each history its cell as
-    /// little-endian u16 and its bytes. Equal tiles give equal bytes, and only they do.
+    /// little-endian u16 and its bytes. Format 4 is format 3, but with the log-odds that robots are followed by
+    /// after those of all cells. Equal tiles give equal bytes, and only they do.
     pub fn to_bytes(&self) -> Vec<u8> {
         let mut bytes = Vec::with_capacity(1 + 4 * N_CELLS + 1024);
         bytes.push(self.format());
         for log_odds in self.log_odds.iter() {
             bytes.extend_from_slice(&log_odds.to_le_bytes());
         }
-        if !self.histories.is_empty() {
+        if let Some(following) = &self.following {
+            following.write(&mut bytes);
+        }
+        if self.format() >= FORMAT_HISTORIES {
             let is_known = |hit: &&HitMean| **hit != HitMean::NONE;
             let n_known = self.hits.iter().filter(is_known).count();
             bytes.extend_from_slice(&u32::try_from(n_known).unwrap_or(u32::MAX).to_le_bytes());
@@ -224,7 +263,9 @@ impl Tile {
     }
 
     fn format(&self) -> u8 {
-        if !self.histories.is_empty() {
+        if self.following.is_some() {
+            FORMAT_FOLLOWING
+        } else if !self.histories.is_empty() {
             FORMAT_HISTORIES
         } else if self.hits.contains(&HitMean::HEARD) {
             FORMAT_HEARD
@@ -239,12 +280,14 @@ impl Tile {
     /// [`InvalidTile`] if the format is not known or the bytes are not what it prescribes.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, InvalidTile> {
         let (&format, rest) = bytes.split_first().ok_or(InvalidTile::Length(0))?;
-        if ![FORMAT, FORMAT_HEARD, FORMAT_HISTORIES].contains(&format) {
+        if !(FORMAT..=FORMAT_FOLLOWING).contains(&format) {
             return Err(InvalidTile::Format(format));
         }
         let wrong_length = InvalidTile::Length(bytes.len());
         let (cells, rest) = rest.split_at_checked(4 * N_CELLS).ok_or(wrong_length)?;
-        let (hits, histories) = if format == FORMAT_HISTORIES {
+        let n_following = if format == FORMAT_FOLLOWING { FOLLOWING_BYTES } else { 0 };
+        let (following, rest) = rest.split_at_checked(n_following).ok_or(wrong_length)?;
+        let (hits, histories) = if FORMAT_HISTORIES <= format {
             let (n_known, rest) = rest.split_first_chunk().ok_or(wrong_length)?;
             let n_bytes = (u32::from_le_bytes(*n_known) as usize).saturating_mul(4);
             rest.split_at_checked(n_bytes).ok_or(wrong_length)?
@@ -256,11 +299,10 @@ impl Tile {
         }
         let mut tile = Self::unknown();
         for (log_odds, cell) in tile.log_odds.iter_mut().zip(cells.as_chunks::<4>().0) {
-            let read = f32::from_le_bytes(*cell);
-            if read.is_nan() && read.to_bits() != NEVER_OBSERVED.to_bits() {
-                return Err(InvalidTile::LogOdds(read.to_bits()));
-            }
-            *log_odds = read;
+            *log_odds = read_log_odds(*cell)?;
+        }
+        if format == FORMAT_FOLLOWING {
+            tile.following = Some(Following::read(following)?);
         }
         tile.read_hits(hits)?;
         tile.read_histories(histories)?;
@@ -296,14 +338,28 @@ impl Tile {
     }
 }
 
+/// Log-odds that were written; of all NaN only that of "never observed".
+pub(crate) fn read_log_odds(bytes: [u8; 4]) -> Result<f32, InvalidTile> {
+    let read = f32::from_le_bytes(bytes);
+    if read.is_nan() && read.to_bits() != NEVER_OBSERVED.to_bits() {
+        return Err(InvalidTile::LogOdds(read.to_bits()));
+    }
+    Ok(read)
+}
+
 impl PartialEq for Tile {
     /// Bit for bit: "never observed" equals itself.
     fn eq(&self, other: &Self) -> bool {
-        let bits = |tile: &Self, index: usize| tile.log_odds[index].to_bits();
         self.hits == other.hits
             && self.histories == other.histories
-            && (0..N_CELLS).all(|index| bits(self, index) == bits(other, index))
+            && self.following == other.following
+            && same_bits(&self.log_odds, &other.log_odds)
     }
+}
+
+/// Equality of log-odds in which "never observed" equals itself.
+pub(crate) fn same_bits(one: &[f32; N_CELLS], other: &[f32; N_CELLS]) -> bool {
+    one.iter().zip(other).all(|(one, other)| one.to_bits() == other.to_bits())
 }
 
 impl Eq for Tile {}
@@ -319,39 +375,6 @@ impl fmt::Debug for Tile {
             .field("n_histories", &self.histories.len())
             .finish_non_exhaustive()
     }
-}
-
-/// Bytes that are no tile.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum InvalidTile {
-    /// The first byte names no known format.
-    #[error("tile format {0} is not known, the newest is {FORMAT_HISTORIES}")]
-    Format(u8),
-    /// Each format is that of tiles with what the formats before cannot hold.
-    #[error("a tile of format {0} that should be of another by its cells")]
-    Heard(u8),
-    /// A history has a flag that is none.
-    #[error("a history with flag {0}")]
-    History(u8),
-    /// A history is out of order or out of the tile.
-    #[error("a history of cell {0} is out of place")]
-    HistoryOf(u16),
-    /// So many bytes are no tile.
-    #[error("{0} bytes are no tile")]
-    Length(usize),
-    /// A cell's log-odds are a NaN other than that of "never observed".
-    #[error("log-odds with bits {0:#x} are not canonical")]
-    LogOdds(u32),
-    /// A mean of hits is out of order or out of the tile.
-    #[error("hit mean ({x}, {y}) at cell {index} is out of place")]
-    Hit {
-        /// The cell's place in the tile.
-        index: usize,
-        /// Step along x, 1..=255.
-        x: u8,
-        /// Step along y, 1..=255.
-        y: u8,
-    },
 }
 
 #[cfg(test)]
@@ -390,19 +413,25 @@ mod tests {
         #[test]
         fn bytes_tell_what_was_heard(
             cells in prop::collection::vec((0..N_CELLS, any::<bool>()), 0..60),
+            is_old: bool,
         ) {
             let mut tile = Tile::unknown();
             for (index, by_sonar) in cells {
                 if by_sonar && tile.is_for_sonar(index) {
                     tile.set_heard(index, 1.0);
+                    tile.set_followed(index, 0.5);
                 } else if !by_sonar {
                     tile.add_hit(index, (0.5, 0.5), 0.25);
                     tile.set_log_odds(index, 2.0);
                 }
             }
+            if is_old {
+                tile.following = None;
+            }
             let bytes = tile.to_bytes();
             prop_assert_eq!(&Tile::from_bytes(&bytes).expect("our own bytes"), &tile);
             let mut other = bytes;
+            prop_assume!(other[0] <= FORMAT_HEARD);
             other[0] = FORMAT + FORMAT_HEARD - other[0];
             prop_assert_eq!(Tile::from_bytes(&other), Err(InvalidTile::Heard(other[0])));
         }

@@ -1,7 +1,9 @@
 //! A map drawn from sonar alone, by the network that ships, against the building.
 
 use meetpoint_geometry::{Cell, GridFrame, Pose};
-use meetpoint_occupancy::{BeamModel, Grid, Interpretation, Network, SonarModel, SonarRing};
+use meetpoint_occupancy::{
+    BeamModel, Grid, Interpretation, LaserGeometry, Network, ScanMarks, SonarModel, SonarRing,
+};
 use meetpoint_sim::{Building, ChaCha8Rng, route};
 use rand::SeedableRng;
 
@@ -102,4 +104,48 @@ fn absurd_poses_draw_nothing() {
     let nothing = Interpretation::new(&ring.scan(&[]), &Network::shipped(), &SonarModel::INDOOR);
     grid.insert_sonar(Pose::IDENTITY, &nothing, &BeamModel::INDOOR);
     assert_eq!(grid.bounds(), None, "nothing was heard");
+}
+
+/// Two readings of the same firings side by side: neither sees the other, and what a laser looks at counts for both.
+#[test]
+fn what_robots_are_followed_by_is_another_map() {
+    let building = Building::from_drawing(FLOOR, 0.5).expect("a drawing");
+    let drawn = sonar_map(&building);
+    let ring = SonarRing {
+        robot_from_transducer: (0..8_u8)
+            .map(|at| Pose::new(0.0, 0.0, f64::from(at) * std::f64::consts::FRAC_PI_4))
+            .collect(),
+        cone_rad: 0.26,
+        range_min_m: 0.1,
+        range_max_m: 6.0,
+    };
+    let robot = Pose::new(3.0, 4.0, 0.3);
+    let scan = ring.scan(&[1.0, 1.1, 1.2, 1.1, 1.0, 0.9, 0.8, 0.9]);
+    let heard = Interpretation::new(&scan, &Network::shipped(), &SonarModel::INDOOR);
+    let mut both = drawn.clone();
+    both.insert_followed(robot, &heard, &BeamModel::INDOOR);
+    let cells = || (0..100).flat_map(|y| (0..100).map(move |x| Cell { x, y }));
+    let mut n_followed = 0;
+    for cell in cells() {
+        assert_eq!(both.log_odds(cell), drawn.log_odds(cell), "nothing is drawn");
+        assert_eq!(drawn.followed_log_odds(cell), None, "nothing that is drawn is followed");
+        n_followed += usize::from(both.followed_log_odds(cell).is_some());
+    }
+    assert!(100 < n_followed, "{n_followed} cells are there to be followed by");
+    let laser = LaserGeometry {
+        angle_min_rad: -3.0,
+        angle_increment_rad: 0.01,
+        n_beams: 600,
+        range_min_m: 0.0,
+        range_max_m: 9.0,
+    };
+    let (model, mut marks) = (BeamModel::INDOOR, ScanMarks::new());
+    let before = both.clone();
+    both.insert_scan(robot, &laser, &[2.0; 600], &model, &mut marks);
+    both.insert_followed(robot, &heard, &model);
+    for cell in cells() {
+        let is_looked_at = both.log_odds(cell) != before.log_odds(cell);
+        let same = both.followed_log_odds(cell) == both.log_odds(cell);
+        assert!(!is_looked_at || same, "a laser tells those who follow, too: {cell:?}");
+    }
 }

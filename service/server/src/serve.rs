@@ -30,8 +30,8 @@ use crate::operations::imports;
 use crate::planning::{self, Planner};
 use crate::service::{Parts, Service};
 use crate::session_cache::SessionCache;
-use crate::settings::Settings;
-use crate::sonar_weights::SonarWeights;
+use crate::settings::{MappingSettings, Settings};
+use crate::sonar_weights::{Purpose, SonarWeights};
 use crate::{grpc, listener, rest, telemetry};
 
 /// The database's file within the data folder.
@@ -136,14 +136,21 @@ impl Running {
 
 /// By what maps are drawn.
 fn sensing(settings: &Settings) -> anyhow::Result<Sensing> {
-    let path = &settings.mapping.sonar_weights;
-    let weights = if path.as_os_str().is_empty() {
-        SonarWeights::shipped()
-    } else {
-        SonarWeights::read(path).context("the setting mapping.sonar_weights")?
+    let weights = |path: &Path, purpose, setting: &'static str| {
+        if path.as_os_str().is_empty() {
+            return Ok(SonarWeights::shipped(purpose));
+        }
+        SonarWeights::read(path, purpose).context(setting)
     };
-    tracing::info!(name = weights.name, "sonar weights");
-    Ok(Sensing::indoor(weights))
+    let MappingSettings { sonar_weights, sonar_following_weights, .. } = &settings.mapping;
+    let drawing = weights(sonar_weights, Purpose::Drawing, "the setting mapping.sonar_weights")?;
+    let following = weights(
+        sonar_following_weights,
+        Purpose::Following,
+        "the setting mapping.sonar_following_weights",
+    )?;
+    tracing::info!(drawing = drawing.name, following = following.name, "sonar weights");
+    Ok(Sensing::indoor(drawing, following))
 }
 
 fn lock(data: &Path) -> anyhow::Result<File> {

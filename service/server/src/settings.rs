@@ -89,6 +89,7 @@ pub struct MappingSettings {
     pub lease_ttl_s: u32,
     pub topology_cells_max: u64,
     pub sonar_weights: PathBuf,
+    pub sonar_following_weights: PathBuf,
 }
 
 /// How paths are planned.

@@ -1,4 +1,4 @@
-//! The weights by which sonars are read: those that are compiled in, or a file that `meetpoint train` made.
+//! The weights by which sonars are read: those that are compiled in, or files that `meetpoint train` made.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -13,6 +13,17 @@ const FORMAT: &str = "meetpoint sonar weights 1";
 const FILE_BYTES_MAX: u64 = 1 << 17;
 /// Bytes of the hash that names weights: two of a million differ by chance in all but 10⁻³ of cases.
 const N_NAME_BYTES: usize = 6;
+
+/// What weights are good for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Purpose {
+    /// To follow robots without a laser: trained on single firings. What files mean that do not say.
+    #[default]
+    Following,
+    /// To draw maps: trained on ways besides.
+    Drawing,
+}
 
 /// A network, and its name.
 #[derive(Clone, Debug)]
@@ -33,15 +44,18 @@ impl SonarWeights {
     }
 
     /// Those that come with the service.
-    pub fn shipped() -> Self {
-        Self::new(Network::shipped())
+    pub fn shipped(purpose: Purpose) -> Self {
+        Self::new(match purpose {
+            Purpose::Following => Network::shipped(),
+            Purpose::Drawing => Network::by_ways(),
+        })
     }
 
     /// Those of a file.
     ///
     /// # Errors
-    /// If it cannot be read, is none, or was changed after it was made.
-    pub fn read(path: &Path) -> anyhow::Result<Self> {
+    /// If it cannot be read, is none, was changed after it was made, or was made for another purpose.
+    pub fn read(path: &Path, purpose: Purpose) -> anyhow::Result<Self> {
         let place = || format!("the sonar weights {}", path.display());
         let n_bytes = std::fs::metadata(path).with_context(place)?.len();
         anyhow::ensure!(
@@ -50,7 +64,7 @@ impl SonarWeights {
             place()
         );
         let text = std::fs::read_to_string(path).with_context(place)?;
-        SonarWeightsFile::weights(&text).with_context(place)
+        SonarWeightsFile::weights(&text, purpose).with_context(place)
     }
 }
 
@@ -63,6 +77,8 @@ pub(crate) struct SonarWeightsFile {
     name: String,
     /// The version of the program.
     made_by: String,
+    #[serde(default)]
+    purpose: Purpose,
     trained_on: String,
     n_trained: usize,
     held_out: HeldOutFigures,
@@ -102,7 +118,7 @@ struct TenthFigures {
 
 impl SonarWeightsFile {
     pub(crate) fn new(
-        weights: &SonarWeights,
+        (weights, purpose): (&SonarWeights, Purpose),
         trained_on: String,
         n_trained: usize,
         examination: &Examination,
@@ -111,6 +127,7 @@ impl SonarWeightsFile {
             format: FORMAT.to_owned(),
             name: weights.name.clone(),
             made_by: concat!("meetpoint ", env!("CARGO_PKG_VERSION")).to_owned(),
+            purpose,
             trained_on,
             n_trained,
             held_out: figures(examination),
@@ -118,7 +135,7 @@ impl SonarWeightsFile {
         }
     }
 
-    fn weights(text: &str) -> anyhow::Result<SonarWeights> {
+    fn weights(text: &str, purpose: Purpose) -> anyhow::Result<SonarWeights> {
         let file: Self =
             serde_json::from_str(text).context("this is not what `meetpoint train` writes")?;
         anyhow::ensure!(
@@ -126,6 +143,17 @@ impl SonarWeightsFile {
             "its format is `{}`; this service reads `{FORMAT}`",
             file.format
         );
+        match (file.purpose, purpose) {
+            (Purpose::Following, Purpose::Drawing) => anyhow::bail!(
+                "its weights are for following robots (mapping.sonar_following_weights); \
+                 `meetpoint train --way-places 80000` makes weights that draw"
+            ),
+            (Purpose::Drawing, Purpose::Following) => anyhow::bail!(
+                "its weights are for drawing maps (mapping.sonar_weights); `meetpoint train` without \
+                 `--way-places` makes weights that robots are followed by"
+            ),
+            _ => {}
+        }
         let weights = SonarWeights::new(Network::from_text(&file.weights)?);
         anyhow::ensure!(
             weights.name == file.name,
@@ -163,25 +191,29 @@ fn figures(examination: &Examination) -> HeldOutFigures {
 mod tests {
     use super::*;
 
-    fn text(network: Network) -> String {
+    const PURPOSE: Purpose = Purpose::Following;
+
+    fn text(network: Network, purpose: Purpose) -> String {
         let examination = Examination::new(&network, &[]);
         let weights = SonarWeights::new(network);
-        let file = SonarWeightsFile::new(&weights, "nothing".to_owned(), 0, &examination);
+        let file =
+            SonarWeightsFile::new((&weights, purpose), "nothing".to_owned(), 0, &examination);
         serde_json::to_string_pretty(&file).expect("JSON")
     }
 
     #[test]
     fn what_is_written_is_read() {
-        let read = SonarWeightsFile::weights(&text(Network::shipped())).expect("it was written so");
+        let text = text(Network::shipped(), PURPOSE);
+        let read = SonarWeightsFile::weights(&text, PURPOSE).expect("it was written so");
         assert_eq!(*read.network, Network::shipped(), "bit for bit");
-        assert_eq!(read.name, SonarWeights::shipped().name, "by the weights alone");
+        assert_eq!(read.name, SonarWeights::shipped(PURPOSE).name, "by the weights alone");
         assert_ne!(read.name, SonarWeights::new(Network::BLANK).name, "other weights");
     }
 
     #[test]
     fn says_what_is_wrong() {
         let error = |text: &str| {
-            let error = SonarWeightsFile::weights(text).expect_err("not weights");
+            let error = SonarWeightsFile::weights(text, PURPOSE).expect_err("not weights");
             format!("{error:#}")
         };
         assert!(
@@ -189,13 +221,18 @@ mod tests {
             "{}",
             error("{}")
         );
-        let good = text(Network::shipped());
+        let good = text(Network::shipped(), PURPOSE);
+        let other = error(&text(Network::by_ways(), Purpose::Drawing));
+        assert!(other.starts_with("its weights are for drawing maps"), "{other}");
+        let unsaid = good.replace("  \"purpose\": \"following\",\n", "");
+        assert_ne!(unsaid, good, "it is said");
+        SonarWeightsFile::weights(&unsaid, PURPOSE).expect("as files were written before");
         let newer = error(&good.replace(FORMAT, "meetpoint sonar weights 9"));
         assert!(newer.starts_with("its format is `meetpoint sonar weights 9`"), "{newer}");
-        let shipped = SonarWeights::shipped().name;
+        let shipped = SonarWeights::shipped(PURPOSE).name;
         let renamed = error(&good.replace(&shipped, "000000000000"));
         assert!(renamed.ends_with("it was changed after it was made"), "{renamed}");
-        let missing = SonarWeights::read(Path::new("no/such/file")).expect_err("no file");
+        let missing = SonarWeights::read(Path::new("no/such/file"), PURPOSE).expect_err("no file");
         assert!(
             format!("{missing:#}").starts_with("the sonar weights no/such/file"),
             "{missing:#}"

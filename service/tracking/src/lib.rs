@@ -30,6 +30,7 @@ pub use live::observation::{
     Estimate, Observation, ObservationKind, Sensor, SensorKind, SessionConfig, SessionKey,
 };
 pub use live::odometry::{Odometry, Velocity};
+pub use live::sonar_networks::SonarNetworks;
 pub use live::state::InvalidState;
 pub use matching::field::Field;
 pub use matching::peaks::{PeakParams, peaks_in_window};

@@ -5,5 +5,6 @@ pub(crate) mod live_map;
 pub(crate) mod matcher;
 pub(crate) mod observation;
 pub(crate) mod odometry;
+pub(crate) mod sonar_networks;
 pub(crate) mod state;
 pub(crate) mod tracker;

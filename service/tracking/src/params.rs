@@ -115,8 +115,10 @@ impl PositionParams {
 /// Tunables of drawing sonar.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SonarParams {
-    /// How a firing is interpreted.
+    /// How a firing is drawn.
     pub model: SonarModel,
+    /// How a firing is compared with those before.
+    pub following: SonarModel,
     /// A firing is drawn if the robot moved this far since it drew the last, in metres...
     pub draw_distance_m: f64,
     /// ...or turned this far, in radians.
@@ -250,7 +252,8 @@ impl MappingParams {
             draw_turn_rad: 15.0 * PI / 180.0,
         },
         sonar: SonarParams {
-            model: SonarModel::INDOOR,
+            model: SonarModel::BY_WAYS,
+            following: SonarModel::INDOOR,
             draw_distance_m: 0.15,
             draw_turn_rad: 10.0 * PI / 180.0,
         },

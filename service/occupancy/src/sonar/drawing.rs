@@ -26,6 +26,30 @@ impl Grid {
         heard: &Interpretation,
         model: &BeamModel,
     ) {
+        self.add_heard(map_from_robot, heard, |tile, index, evidence| {
+            tile.set_heard(index, model.updated(tile.log_odds()[index], evidence));
+        });
+    }
+
+    /// The same, to what robots without a laser are followed by, and to nothing that is drawn.
+    pub fn insert_followed(
+        &mut self,
+        map_from_robot: Pose,
+        heard: &Interpretation,
+        model: &BeamModel,
+    ) {
+        self.add_heard(map_from_robot, heard, |tile, index, evidence| {
+            tile.set_followed(index, model.updated(tile.followed_log_odds(index), evidence));
+        });
+    }
+
+    /// Hands `add` each cell around a firing that is for sonar, with its evidence.
+    fn add_heard(
+        &mut self,
+        map_from_robot: Pose,
+        heard: &Interpretation,
+        add: impl Fn(&mut Tile, usize, f32),
+    ) {
         let (frame, reach_m) = (self.frame(), heard.reach_m());
         let limit_m = f64::from(GRID_REACH_CELLS) * frame.resolution_m() - reach_m;
         let is_near = |at_m: f64| at_m.abs() < limit_m;
@@ -43,19 +67,15 @@ impl Grid {
             for x in low.x..=high.x {
                 let cell = Cell { x, y };
                 let evidence = heard.evidence(robot_from_map * frame.center_of(cell));
-                if evidence != 0.0 {
-                    self.add_heard(cell, evidence, model);
+                if evidence == 0.0 {
+                    continue;
+                }
+                let (tile, index) = tile_place(cell);
+                let tile = self.tiles.entry(tile).or_insert_with(|| Arc::new(Tile::unknown()));
+                if tile.is_for_sonar(index) {
+                    add(Arc::make_mut(tile), index, evidence);
                 }
             }
-        }
-    }
-
-    fn add_heard(&mut self, cell: Cell, evidence: f32, model: &BeamModel) {
-        let (tile, index) = tile_place(cell);
-        let tile = self.tiles.entry(tile).or_insert_with(|| Arc::new(Tile::unknown()));
-        if tile.is_for_sonar(index) {
-            let heard = model.updated(tile.log_odds()[index], evidence);
-            Arc::make_mut(tile).set_heard(index, heard);
         }
     }
 }

@@ -38,8 +38,8 @@ enum Sight {
 impl Chart {
     /// The chart for robots that stand at these points; `known` has one number a cell.
     pub(super) fn new(params: &ExplorationParams, known: &Known, robots: &[Point2<f64>]) -> Self {
-        // No less likely occupied than not is taken for occupied, as everywhere.
-        let is_clear = |&log_odds: &f32| log_odds.is_nan() || log_odds < 0.0;
+        let closed_from = (params.closed_from / (1.0 - params.closed_from)).ln();
+        let is_clear = |&log_odds: &f32| log_odds.is_nan() || log_odds < closed_from;
         let mut is_clear: Vec<bool> = known.log_odds.iter().map(is_clear).collect();
         for &cell in known.closed {
             if let Some(is_clear) = is_clear.get_mut(cell) {
@@ -55,11 +55,14 @@ impl Chart {
         }
         let is_goal = goals(info, &is_open, &sights, params.unexplored_min_m);
         let ground = |(cell, &is_open): (usize, &bool)| {
-            let probability = match sights[cell] {
+            let dear = match sights[cell] {
+                Sight::Explored(probability) if PRIOR <= probability => {
+                    probability + params.doubt_cost
+                }
                 Sight::Explored(probability) => probability,
                 Sight::Unexplored => PRIOR,
             };
-            let cost = if is_open { params.step_cost + probability } else { f32::INFINITY };
+            let cost = if is_open { params.step_cost + dear } else { f32::INFINITY };
             Ground { cost, is_goal: is_goal[cell] }
         };
         let ground = is_open.iter().enumerate().map(ground).collect();

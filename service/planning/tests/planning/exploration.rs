@@ -104,6 +104,37 @@ fn the_nearest_first_and_no_two_into_the_same_room() {
 }
 
 #[test]
+fn what_is_in_doubt_is_dear_and_closes_nothing_that_is_heard() {
+    // A door with a wrong patch in it: likelier occupied than not, and not decided.
+    let mut rooms = Drawing::new(
+        "|#######|
+         |#  #  #|
+         |#??#  #|
+         |#..#..#|
+         |#.A...#|
+         |#.....#|
+         |#######|",
+    );
+    for (log_odds, symbol) in rooms.log_odds.iter_mut().zip(rooms.symbols.iter().flatten()) {
+        if *symbol == '?' {
+            *log_odds = 0.4;
+        }
+    }
+    let nearest = |params| match &rooms.explored(params).errands[0] {
+        Errand::Go(way) => way.cost,
+        errand => panic!("{errand:?}"),
+    };
+    let heard =
+        ExplorationParams { radius_m: 0.0, unexplored_min_m: 0.0, ..ExplorationParams::HEARD };
+    let closed = rooms.explored(POINT);
+    assert_eq!(closed.frontiers.len(), 1, "one patch closes a room");
+    assert_eq!(rooms.explored(heard).frontiers.len(), 2, "the patch is a way, too");
+    assert!((nearest(heard) - nearest(POINT)).abs() < 1e-6, "a dear one: the other comes first");
+    let cheap = ExplorationParams { doubt_cost: 0.0, ..heard };
+    assert!(nearest(cheap) < nearest(heard), "were it not dear, it would be the nearest");
+}
+
+#[test]
 fn what_another_robot_will_see_is_left_to_it() {
     let room = Drawing::new(
         "|###########|

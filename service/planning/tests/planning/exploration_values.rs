@@ -21,17 +21,21 @@ struct Floor {
     info: GridInfo,
     log_odds: Vec<f32>,
     radius_m: f64,
+    /// Probability from which on a cell is closed.
+    closed_from: f32,
 }
 
 fn floor() -> impl Strategy<Value = Floor> {
     let log_odds = prop_oneof![
-        8 => Just(-3.0_f32), 2 => Just(f32::NAN), 2 => -2.0_f32..-0.1, 2 => Just(2.0_f32)
+        8 => Just(-3.0_f32), 2 => Just(f32::NAN), 2 => -2.0_f32..-0.1, 2 => Just(2.0_f32),
+        1 => 0.1_f32..0.8
     ];
     let radius = prop_oneof![3 => Just(0.0), 1 => 0.01_f64..0.6];
     (1..14_u32, 1..14_u32, prop::collection::vec(log_odds, 14 * 14), radius).prop_map(
         |(width, height, log_odds, radius_m)| {
             let info = info(width, height);
-            Floor { info, log_odds: log_odds[..info.n_cells()].to_vec(), radius_m }
+            let log_odds = log_odds[..info.n_cells()].to_vec();
+            Floor { info, log_odds, radius_m, closed_from: 0.5 }
         },
     )
 }
@@ -50,7 +54,8 @@ impl Floor {
         let beside_m = |n: i32| (f64::from(n.abs()) - 0.5).max(0.0) * SIDE_M;
         let mut near = around(y).flat_map(|y| around(x).map(move |x| (x, y)));
         near.all(|(to_x, to_y)| {
-            let is_clear = self.at(to_x, to_y).is_some_and(|it| it.is_nan() || it < 0.0);
+            let closed_from = (self.closed_from / (1.0 - self.closed_from)).ln();
+            let is_clear = self.at(to_x, to_y).is_some_and(|it| it.is_nan() || it < closed_from);
             is_clear || rho <= beside_m(to_x - x).hypot(beside_m(to_y - y))
         })
     }
@@ -64,8 +69,9 @@ impl Floor {
             let odds = self.at(x, y).unwrap_or(0.0).exp();
             let probability = if odds.is_nan() { 0.5 } else { odds / (1.0 + odds) };
             let probability = (100.0 * probability).round() / 100.0;
-            let cost =
-                if self.is_open(x, y) { params.step_cost + probability } else { f32::INFINITY };
+            let is_doubtful = 0.0 < odds && 0.5 <= probability;
+            let dear = if is_doubtful { probability + params.doubt_cost } else { probability };
+            let cost = if self.is_open(x, y) { params.step_cost + dear } else { f32::INFINITY };
             let is_goal = is_unexplored(x, y) && {
                 let mut piece = vec![(x, y)];
                 let mut n_done = 0;
@@ -145,11 +151,14 @@ fn kept(exploration: &Exploration) -> (Vec<u32>, Vec<Ground>) {
 proptest! {
     #[test]
     fn values_are_those_of_the_definition(
-        floor in floor(),
-        paper in any::<bool>(),
+        mut floor in floor(),
+        kind in 0..3_usize,
         unexplored_min_m in prop_oneof![Just(0.0), Just(0.5)],
     ) {
-        let params = if paper { ExplorationParams::THRUN_1998 } else { ExplorationParams::INDOOR };
+        let kinds =
+            [ExplorationParams::THRUN_1998, ExplorationParams::INDOOR, ExplorationParams::HEARD];
+        let params = kinds[kind];
+        floor.closed_from = params.closed_from;
         let params = ExplorationParams { radius_m: floor.radius_m, unexplored_min_m, ..params };
         let mut exploration = Exploration::new(params);
         floor.explored(&mut exploration, &[]);

@@ -13,7 +13,7 @@ use meetpoint_sim::{Building, ChaCha8Rng};
 use rand::SeedableRng;
 
 use super::asked::{ServerArgs, save};
-use crate::sonar_weights::{SonarWeights, SonarWeightsFile};
+use crate::sonar_weights::{Purpose, SonarWeights, SonarWeightsFile};
 use crate::training::{Ground, Share, heard_places, places, simulated, simulated_ways};
 
 /// Held-out places come from a seed that no training data comes from.
@@ -62,11 +62,12 @@ pub struct TrainArgs {
     /// Times that every place is shown
     #[arg(long, default_value_t = TrainingParams::STANDARD.n_epochs, value_parser = clap::value_parser!(u32).range(1..=1_000))]
     epochs: u32,
-    /// Places to learn from besides by all that is heard of them on a way; such weights want the parameters
-    /// `sonar_evidence_min` 0.3 and `sonar_evidence_max` 3 of a map
+    /// Places to learn from besides by all that is heard of them on a way: such weights draw maps, and others follow
+    /// robots
     #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=2_000_000))]
     way_places: u64,
-    /// Where to write the weights, for the setting `mapping.sonar_weights` of `meetpoint serve`
+    /// Where to write the weights, for the setting `mapping.sonar_weights` of `meetpoint serve`, or
+    /// `mapping.sonar_following_weights` without places on a way
     #[arg(long, short, value_name = "FILE", default_value = "sonar-weights.json")]
     output: PathBuf,
     #[command(flatten)]
@@ -107,7 +108,8 @@ pub async fn run(args: TrainArgs) -> anyhow::Result<()> {
     let (network, examination, shipped, lessons) = taught.await??;
     let weights = SonarWeights::new(network);
     let n_trained = lessons.shown.len();
-    let file = SonarWeightsFile::new(&weights, lessons.told, n_trained, &examination);
+    let purpose = if args.way_places == 0 { Purpose::Following } else { Purpose::Drawing };
+    let file = SonarWeightsFile::new((&weights, purpose), lessons.told, n_trained, &examination);
     let text = serde_json::to_string_pretty(&file)? + "\n";
     save(&args.output, text.as_bytes())?;
     if args.server.json {

@@ -106,6 +106,7 @@ pub(crate) fn applied(
     }
     let mut params = MappingParams { beam_model, ..*base };
     params.sonar.model = model;
+    params.sonar.following.distance_max_m = model.distance_max_m;
     Ok(params)
 }
 
@@ -159,7 +160,7 @@ mod tests {
         let same =
             applied(&MappingParams::INDOOR, &nothing).expect("nothing is wrong with nothing");
         assert_eq!(same.beam_model, BeamModel::INDOOR, "to the bit");
-        assert_eq!(same.sonar.model, SonarModel::INDOOR, "to the bit");
+        assert_eq!(same.sonar.model, SonarModel::BY_WAYS, "to the bit");
     }
 
     #[test]

@@ -4,7 +4,7 @@
 use std::sync::Arc;
 
 use meetpoint_occupancy::{Tile, TileIndex};
-use meetpoint_tracking::{LiveMap, MappingParams};
+use meetpoint_tracking::{LiveMap, MappingParams, SonarNetworks};
 
 use crate::convert::mapping_parameters;
 use crate::error::Error;
@@ -17,15 +17,20 @@ const N_NAME_BYTES: usize = 6;
 #[derive(Clone, Debug)]
 pub(crate) struct Sensing {
     params: MappingParams,
-    weights: SonarWeights,
+    networks: SonarNetworks,
+    /// Names them both.
+    sonar_weights: String,
     /// Names what was decided; empty if nothing was.
     parameters: String,
 }
 
 impl Sensing {
-    /// For buildings, with these weights.
-    pub(crate) fn indoor(weights: SonarWeights) -> Self {
-        Self { params: MappingParams::INDOOR, weights, parameters: String::new() }
+    /// For buildings, with weights that draw and weights that robots are followed by.
+    pub(crate) fn indoor(drawing: SonarWeights, following: SonarWeights) -> Self {
+        let sonar_weights = format!("{}+{}", drawing.name, following.name);
+        let networks = SonarNetworks { drawing: drawing.network, following: following.network };
+        let params = MappingParams::INDOOR;
+        Self { params, networks, sonar_weights, parameters: String::new() }
     }
 
     /// For a map of which this was decided, beside what the service has.
@@ -40,7 +45,8 @@ impl Sensing {
         let params = mapping_parameters::applied(&self.params, &wire)?;
         let mut parameters = blake3::hash(decided).to_hex().to_string();
         parameters.truncate(2 * N_NAME_BYTES);
-        Ok(Arc::new(Self { params, weights: self.weights.clone(), parameters }))
+        let (networks, sonar_weights) = (self.networks.clone(), self.sonar_weights.clone());
+        Ok(Arc::new(Self { params, networks, sonar_weights, parameters }))
     }
 
     /// The parameters.
@@ -55,7 +61,7 @@ impl Sensing {
 
     /// The name of the weights by which sonars are read.
     pub(crate) fn sonar_weights(&self) -> &str {
-        &self.weights.name
+        &self.sonar_weights
     }
 
     /// An empty map.
@@ -65,7 +71,7 @@ impl Sensing {
     pub(super) fn empty_map(&self, resolution_m: f64) -> Result<LiveMap, Error> {
         let map = LiveMap::new(self.params, resolution_m)
             .map_err(|error| Error::internal(format!("{error:?}")))?;
-        Ok(map.with_network(self.weights.network.clone()))
+        Ok(map.with_networks(self.networks.clone()))
     }
 
     /// The map that had these tiles and this state.
@@ -80,6 +86,6 @@ impl Sensing {
     ) -> Result<LiveMap, Error> {
         let map = LiveMap::restore(self.params, resolution_m, tiles, state)
             .map_err(|error| Error::internal(format!("a map's state cannot be read: {error:?}")))?;
-        Ok(map.with_network(self.weights.network.clone()))
+        Ok(map.with_networks(self.networks.clone()))
     }
 }

@@ -47,7 +47,8 @@ impl Service {
             Some(_) => Default::default(),
         };
         let explorers = self.explorers(&standing.map, asked, (frame, ground.version)).await?;
-        let exploration = self.planner.explorations.of(&standing.map, frame, radius_m);
+        let of_grid = (&*ground.grid, radius_m);
+        let exploration = self.planner.explorations.of(&standing.map, frame, of_grid);
         let points: Vec<_> = placed(&explorers).collect();
         let question = Question {
             grid: ground.grid,

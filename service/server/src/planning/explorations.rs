@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use meetpoint_occupancy::Grid;
 use meetpoint_planning::{Exploration, ExplorationParams};
 use meetpoint_storage::{MapId, SessionId};
 
@@ -14,26 +15,28 @@ const N_CELLS_KEPT: usize = 4 << 20;
 /// An exploration that questions share, one after the other.
 pub(super) type KeptExploration = Arc<tokio::sync::Mutex<Exploration>>;
 
-/// A map, the session in whose frame it is or none for the map's, and the bits of a radius.
-type Key = (MapId, Option<SessionId>, u64);
+/// A map, the session in whose frame it is or none for the map's, the bits of a radius, and whether it was heard only.
+type Key = (MapId, Option<SessionId>, u64, bool);
 
 /// The explorations asked for lately, newest last.
 #[derive(Default)]
 pub(crate) struct Explorations(Mutex<VecDeque<(Key, KeptExploration)>>);
 
 impl Explorations {
-    /// The exploration of a map, or of the frame of a session of it, by robots of a radius, in metres.
+    /// The exploration of a map, or of the frame of a session of it, as its grid is now, by robots of a radius, in metres.
     pub(crate) fn of(
         &self,
         map: &MapId,
         frame: Option<SessionId>,
-        radius_m: f64,
+        (grid, radius_m): (&Grid, f64),
     ) -> KeptExploration {
-        let key = (map.clone(), frame, radius_m.to_bits());
+        let is_heard = is_heard(grid);
+        let key = (map.clone(), frame, radius_m.to_bits(), is_heard);
         let mut kept = self.kept();
         let place = kept.iter().position(|(other, _)| *other == key);
         let found = place.and_then(|place| kept.remove(place)).unwrap_or_else(|| {
-            let params = ExplorationParams { radius_m, ..ExplorationParams::INDOOR };
+            let costs = if is_heard { ExplorationParams::HEARD } else { ExplorationParams::INDOOR };
+            let params = ExplorationParams { radius_m, ..costs };
             (key, Arc::new(tokio::sync::Mutex::new(Exploration::new(params))))
         });
         let exploration = found.1.clone();
@@ -55,4 +58,13 @@ impl Explorations {
     fn kept(&self) -> MutexGuard<'_, VecDeque<(Key, KeptExploration)>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
+}
+
+/// True if no laser ever looked at any cell, so that walls waver.
+fn is_heard(grid: &Grid) -> bool {
+    let mut tiles = grid.tiles();
+    tiles.all(|(_, tile)| {
+        let mut cells = tile.log_odds().iter().enumerate();
+        cells.all(|(index, log_odds)| log_odds.is_nan() || tile.is_heard(index))
+    })
 }

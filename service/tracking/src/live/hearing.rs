@@ -27,7 +27,7 @@ impl LiveMap {
         place: Heard,
         (sensor, ranges_m): (usize, &[f32]),
     ) -> bool {
-        let Self { params, grid, network, .. } = self;
+        let Self { params, grid, networks, .. } = self;
         let Some(tracker) = self.sessions.get_mut(&key) else { return false };
         let ring = tracker.config.sensors.get(sensor).map(|declared| declared.kind.clone());
         let Some(SensorKind::SonarRing(ring)) = ring else { return false };
@@ -47,20 +47,24 @@ impl LiveMap {
         }
         let step = heard_at.map_or(Pose::IDENTITY, |before| before.step_to(predicted));
         tracker.state.walls.drive(step, of_walls);
-        let heard = Interpretation::new(&ring.scan(ranges_m), network, &params.sonar.model);
+        let scan = ring.scan(ranges_m);
+        let followed = Interpretation::new(&scan, &networks.following, &params.sonar.following);
         let map_from_robot = match place {
             Heard::AtPredicted(predicted) if tracker.is_reckoned() => {
                 let direction_rad = tracker.state.walls.known_rad(of_walls);
                 let walls_rad: Vec<f64> = direction_rad.map_or_else(Vec::new, |direction_rad| {
                     walls_rad.iter().map(|wall_rad| wall_rad - direction_rad).collect()
                 });
-                let pose = sonar_position(predicted, grid, (&heard, &walls_rad), &params.position);
+                let pose =
+                    sonar_position(predicted, grid, (&followed, &walls_rad), &params.position);
                 tracker.correct(pose);
                 pose
             }
             Heard::AtPredicted(pose) | Heard::AtKnown(pose) => pose,
         };
-        grid.insert_sonar(map_from_robot, &heard, &params.beam_model);
+        grid.insert_followed(map_from_robot, &followed, &params.beam_model);
+        let drawn = Interpretation::new(&scan, &networks.drawing, &params.sonar.model);
+        grid.insert_sonar(map_from_robot, &drawn, &params.beam_model);
         self.n_drawn += 1;
         true
     }

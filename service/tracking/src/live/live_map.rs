@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use meetpoint_geometry::{GridFrame, InvalidResolution, Pose};
-use meetpoint_occupancy::{Grid, LaserGeometry, Network, ScanMarks, Tile, TileIndex};
+use meetpoint_occupancy::{Grid, LaserGeometry, ScanMarks, Tile, TileIndex};
 
 use crate::live::hearing::Heard;
 use crate::live::matcher::Chart;
@@ -12,6 +12,7 @@ use crate::live::observation::{
     Estimate, Observation, ObservationKind, SensorKind, SessionConfig, SessionKey,
 };
 use crate::live::odometry::Velocity;
+use crate::live::sonar_networks::SonarNetworks;
 use crate::live::state::{InvalidState, StateReader, StateWriter};
 use crate::live::tracker::Tracker;
 use crate::matching::field::Field;
@@ -34,8 +35,8 @@ pub struct LiveMap {
     pub(super) sessions: BTreeMap<SessionKey, Tracker>,
     pub(super) n_drawn: u64,
     marks: ScanMarks,
-    /// Interprets sonars.
-    pub(super) network: Arc<Network>,
+    /// Interpret sonars.
+    pub(super) networks: SonarNetworks,
 }
 
 impl LiveMap {
@@ -51,14 +52,14 @@ impl LiveMap {
     fn of_grid(params: MappingParams, grid: Grid) -> Self {
         let field = Field::new(&grid, &params.field);
         let marks = ScanMarks::new();
-        let network = Arc::new(Network::shipped());
-        Self { params, grid, field, sessions: BTreeMap::new(), n_drawn: 0, marks, network }
+        let networks = SonarNetworks::shipped();
+        Self { params, grid, field, sessions: BTreeMap::new(), n_drawn: 0, marks, networks }
     }
 
-    /// The same, with this network to interpret sonars from now on instead of the one that ships.
+    /// The same, with these networks to interpret sonars from now on instead of those that ship.
     #[must_use]
-    pub fn with_network(self, network: Arc<Network>) -> Self {
-        Self { network, ..self }
+    pub fn with_networks(self, networks: SonarNetworks) -> Self {
+        Self { networks, ..self }
     }
 
     /// Opens a session; one already open under that key starts afresh.

@@ -32,7 +32,7 @@ impl Patch {
             (0..i32::try_from(width).unwrap_or(0)).map(move |step| first.saturating_add(step))
         };
         let cells = side(low.y).flat_map(|y| side(low.x).map(move |x| Cell { x, y }));
-        let values = cells.map(|cell| grid.log_odds(cell).map_or(0.0, occupied)).collect();
+        let values = cells.map(|cell| grid.followed_log_odds(cell).map_or(0.0, occupied)).collect();
         Self { frame, first: low, width, values }
     }
 
