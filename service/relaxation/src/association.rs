@@ -2,6 +2,7 @@
 
 use meetpoint_geometry::{Point2, Pose};
 
+use crate::consolidation::renumber;
 use crate::landmark::{Landmark, LandmarkKind};
 use crate::travel::Travel;
 
@@ -16,8 +17,17 @@ pub(crate) fn nearest_landmarks(
     poses: &[Pose],
     landmarks: &[Landmark],
 ) -> Vec<Option<u32>> {
-    let mut numbers: Vec<Option<u32>> = vec![None; landmarks.len()];
-    let mut n_seen = 0;
+    let mut association = of_known(travel, poses, landmarks);
+    renumber(&mut association);
+    association
+}
+
+/// The same by their indices among the landmarks.
+pub(crate) fn of_known(
+    travel: &Travel,
+    poses: &[Pose],
+    landmarks: &[Landmark],
+) -> Vec<Option<u32>> {
     let mut association = Vec::with_capacity(travel.n_sightings());
     for (step, pose) in travel.steps.iter().zip(poses) {
         let places: Vec<(Point2<f64>, LandmarkKind)> = step
@@ -25,14 +35,8 @@ pub(crate) fn nearest_landmarks(
             .iter()
             .map(|seen| (*pose * seen.offset_m(), LandmarkKind::of(seen)))
             .collect();
-        for landmark in matched(&places, landmarks) {
-            association.push(landmark.map(|landmark| {
-                *numbers[landmark].get_or_insert_with(|| {
-                    n_seen += 1;
-                    n_seen - 1
-                })
-            }));
-        }
+        let found = matched(&places, landmarks).into_iter();
+        association.extend(found.map(|it| it.and_then(|index| u32::try_from(index).ok())));
     }
     association
 }

@@ -20,13 +20,17 @@ impl Belief {
     }
 
     /// Every pose of the grid alike, summing to one.
-    #[expect(clippy::cast_possible_truncation, reason = "probabilities in single precision")]
     pub(crate) fn uniform(grid: &PoseGrid, inside: impl Fn(Pose) -> bool) -> Self {
+        Self::weighted(grid, |pose| if inside(pose) { 1.0 } else { 0.0 })
+    }
+
+    /// Every pose of the grid by a weight of its own, summing to one; nothing if all weights are 0.
+    #[expect(clippy::cast_possible_truncation, reason = "probabilities in single precision")]
+    pub(crate) fn weighted(grid: &PoseGrid, weight: impl Fn(Pose) -> f32) -> Self {
         let layer = |heading| {
             let nodes = grid.window().nodes();
             let poses = nodes.map(|(x, y)| grid.pose_of(PoseCell { x, y, heading }));
-            let weights = poses.map(|pose| if inside(pose) { 1.0 } else { 0.0 }).collect();
-            Layer::new(grid.window(), weights)
+            Layer::new(grid.window(), poses.map(&weight).collect())
         };
         let mut belief = Self { layers: (0..grid.n_headings()).map(layer).collect() };
         let sum = belief.sum();

@@ -135,12 +135,22 @@ pub(crate) fn reassigned(
     (before, fit): (&[Option<u32>], &Refined),
 ) -> Vec<Option<u32>> {
     let (kinds, _) = seen(travel, before, fit.landmarks.len());
+    best_fitting(travel, model, &fit.poses, (&fit.landmarks, &kinds))
+}
+
+/// The same of landmarks of these kinds, from these poses.
+pub(crate) fn best_fitting(
+    travel: &Travel,
+    model: &ErrorModel,
+    poses: &[Pose],
+    (landmarks, kinds): (&[Point2<f64>], &[LandmarkKind]),
+) -> Vec<Option<u32>> {
     let mut association = Vec::with_capacity(travel.n_sightings());
-    for (step, pose) in travel.steps.iter().zip(&fit.poses) {
+    for (step, pose) in travel.steps.iter().zip(poses) {
         let mut pairs = Vec::new();
         for (index, sighting) in step.sightings.iter().enumerate() {
             let bearing = Bearing::new(index, sighting, model);
-            for (landmark, point) in (0_u32..).zip(&fit.landmarks) {
+            for (landmark, point) in (0_u32..).zip(landmarks) {
                 let (off, ..) = sighting_residual(*pose, *point, &bearing);
                 let squares = off.dot(&(bearing.precision * off));
                 let kind = LandmarkKind::of(sighting);

@@ -58,6 +58,42 @@ pub fn grid_for(
     PoseGrid::new(area, resolution_m, (headings / 4.0).round() as u32 * 4)
 }
 
+/// The grid for travels that begin at these poses: as fine as the one that asks for the finest, as far as
+/// there are not too many nodes.
+///
+/// # Errors
+/// [`InvalidGrid`] if there is no travel, one of them is not finite, or all are too wide for any grid.
+pub(crate) fn grid_for_all(
+    travels: &[(&Travel, &Calibration, Pose)],
+    motion: &MotionParams,
+    perception: &PerceptionParams,
+) -> Result<PoseGrid, InvalidGrid> {
+    let grids: Result<Vec<(PoseGrid, Pose)>, InvalidGrid> = travels
+        .iter()
+        .map(|(travel, calibration, start)| {
+            Ok((grid_for(travel, calibration, motion, perception)?, *start))
+        })
+        .collect();
+    let grids = grids?;
+    let corners = grids.iter().flat_map(|(grid, start)| {
+        let Area { min, max } = grid.area();
+        [min, max, Point2::new(min.x, max.y), Point2::new(max.x, min.y)].map(|it| *start * it)
+    });
+    let nothing = Area {
+        min: Point2::new(f64::INFINITY, f64::INFINITY),
+        max: Point2::new(f64::NEG_INFINITY, f64::NEG_INFINITY),
+    };
+    let area = corners.fold(nothing, |area, at| Area {
+        min: Point2::new(area.min.x.min(at.x), area.min.y.min(at.y)),
+        max: Point2::new(area.max.x.max(at.x), area.max.y.max(at.y)),
+    });
+    let size = area.max - area.min;
+    let coarse_m = (size.x * size.y / N_NODES_MAX).sqrt();
+    let fine_m = grids.iter().map(|(grid, _)| grid.resolution_m()).fold(f64::INFINITY, f64::min);
+    let n_headings = grids.iter().map(|(grid, _)| grid.n_headings()).max();
+    PoseGrid::new(area, fine_m.max(coarse_m), n_headings.unwrap_or_default())
+}
+
 /// Twice what the better half of the sightings leaves open.
 fn resolution_m(travel: &Travel, perception: &PerceptionParams) -> f64 {
     let sightings = travel.steps.iter().flat_map(|step| &step.sightings);
@@ -138,6 +174,19 @@ mod tests {
         let (ahead, aside) = (area.max.x - 50.0, area.max.y);
         assert!(ahead < aside && aside < 40.0, "{ahead} m ahead, {aside} m aside");
         assert_eq!(grid.resolution_m(), 1.0, "no finer than a button tells");
+    }
+
+    #[test]
+    fn a_grid_for_two_holds_both() {
+        let (travel, params) = (straight(0.0, 3), PerceptionParams::BUTTON);
+        let back = Pose::new(60.0, 5.0, std::f64::consts::PI);
+        let both = [Pose::IDENTITY, back].map(|start| (&travel, &Calibration::NONE, start));
+        let grid = grid_for_all(&both, &MotionParams::CARPET, &params).expect("a grid");
+        let alone = chosen(&travel, &params).expect("a grid");
+        assert_eq!(grid.resolution_m(), alone.resolution_m(), "as fine");
+        assert!(alone.area().min.x <= -2.0 && 61.0 <= grid.area().max.x, "{:?}", grid.area());
+        let none = grid_for_all(&[], &MotionParams::CARPET, &params);
+        assert!(none.is_err(), "nobody needs none");
     }
 
     #[test]

@@ -10,6 +10,8 @@
 //! calibrations of all and the landmarks, solved by Cholesky's method, and put back. Time
 //! O(steps landmarks² + (travels + landmarks)³) a step of Gauss and Newton's, damped as Levenberg's.
 
+use std::f64::consts::TAU;
+
 use meetpoint_geometry::{Point2, Pose};
 use nalgebra::{Cholesky, DMatrix, DVector};
 
@@ -53,6 +55,9 @@ pub struct RefinedTogether {
     pub landmark_covariance: DMatrix<f64>,
     /// Half of the weighted sum of squares.
     pub cost: f64,
+    /// Logarithm of the density of all measurements, integrated over all unknowns by Laplace's method, with
+    /// a uniform density of 1/m² for every landmark.
+    pub log_evidence: f64,
 }
 
 /// Poses and places that fit all travels best. `None` without a travel, or if the equations cannot be
@@ -73,8 +78,12 @@ pub fn refined_together(members: &[Member<'_>]) -> Option<RefinedTogether> {
         let moved = moved.map(|(chain, at)| difference(&at.calibration, &chain.calibration).amax());
         let stands = moved.fold(0.0, f64::max) < CALIBRATION_STEP_MIN;
         if stands || round == N_ROUNDS_MAX {
-            let (corner, _) = summed(&reduced(&chains, &associations, &estimates, 0.0)?);
-            let covariance = inverse(&Cholesky::new(corner)?.unpack());
+            let all = reduced(&chains, &associations, &estimates, 0.0)?;
+            let factor = Cholesky::new(summed(&all).0)?;
+            let log_determinant = factor.ln_determinant()
+                + all.iter().map(|reduced| reduced.log_determinant).sum::<f64>();
+            let log_volume = log_volume(&chains, &associations, places.len());
+            let covariance = inverse(&factor.unpack());
             let (first, n) = (3 * members.len(), 2 * places.len());
             return Some(RefinedTogether {
                 landmark_covariance: covariance.view((first, first), (n, n)).into_owned(),
@@ -82,6 +91,7 @@ pub fn refined_together(members: &[Member<'_>]) -> Option<RefinedTogether> {
                 landmarks: estimates.first()?.landmarks.clone(),
                 poses: estimates.into_iter().map(|estimate| estimate.poses).collect(),
                 cost,
+                log_evidence: log_volume - log_determinant / 2.0 - cost,
             });
         }
         chains = self::chains(members, &estimates);
@@ -141,6 +151,17 @@ fn fit(
         }
     }
     Some(cost)
+}
+
+/// What the evidence has besides the best fit and what fits about as well: densities of all measurements
+/// at their best, and two numbers to integrate over for every landmark.
+fn log_volume(chains: &[Chain], associations: &[&[Option<u32>]], n_landmarks: usize) -> f64 {
+    let all = chains.iter().zip(associations).map(|(chain, association)| {
+        let (log_precision, n_seen) =
+            chain.log_precision(association, (None, 0..chain.nodes.len(), true));
+        log_precision / 2.0 - f64::from(n_seen) * TAU.ln()
+    });
+    all.sum::<f64>() + n_landmarks as f64 * TAU.ln()
 }
 
 /// Equations of all travels, their poses taken out.
@@ -266,7 +287,16 @@ mod tests {
         let start = (alone.poses.clone(), alone.calibration);
         let expected =
             refined(&travel, &alone.model, &alone.association, start).expect("it can be solved");
+        let mut chain = Chain::new(&travel, expected.calibration, &alone.model, |_| true);
+        chain.deviations_max = DEVIATIONS_MAX;
+        let (poses, landmarks) = (expected.poses.clone(), expected.landmarks.clone());
+        let start = Estimate { poses, landmarks, calibration: expected.calibration };
+        let judged = chain
+            .fit(start, &alone.association, None, (N_STEPS_MAX, STEP_MIN))
+            .expect("it can be solved");
         let fit = refined_together(&[alone]).expect("it can be solved");
+        let apart = (fit.log_evidence - judged.log_evidence).abs();
+        assert!(apart < 1e-3, "{} {}", fit.log_evidence, judged.log_evidence);
         for (a, b) in fit.poses[0].iter().zip(&expected.poses) {
             assert!((a.position() - b.position()).norm() < 1e-6, "{a:?} {b:?}");
         }

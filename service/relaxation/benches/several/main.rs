@@ -2,13 +2,14 @@
 //! never where it is not.
 //!
 //! ```text
-//! cargo bench -p meetpoint-relaxation --bench several -- [museum] [pairs] [MRCLAM_FOLDER]
+//! cargo bench -p meetpoint-relaxation --bench several -- [museum] [pairs] [together] [MRCLAM_FOLDER]
 //! ```
 
 mod mrclam;
 mod mrclam_folder;
 mod museum;
 mod pairs;
+mod together;
 
 use std::path::Path;
 
@@ -21,6 +22,9 @@ fn main() {
     }
     if is_asked("pairs") {
         pairs::print();
+    }
+    if is_asked("together") {
+        together::print();
     }
     for folder in words.iter().map(Path::new).filter(|path| path.is_dir()) {
         mrclam::print(folder);

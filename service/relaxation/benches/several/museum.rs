@@ -46,17 +46,23 @@ pub(crate) fn print() {
     println!("\n| false sightings a m2 | found | of these wrong | after so many sightings |");
     println!("|---|---|---|---|");
     for false_per_m2 in FALSE_PER_M2 {
-        let button = LocalizationParams::BUTTON;
-        let perception = PerceptionParams { false_per_m2, ..button.perception };
-        let n_threads = NonZero::new(2).expect("not zero");
-        let params = LocalizationParams { perception, n_threads, ..button };
-        let found =
-            known.iter().filter_map(|(map, second, first)| found(map, second, *first, params));
-        let found: Vec<(usize, bool)> = found.collect();
-        let n_wrong = found.iter().filter(|(_, is_right)| !is_right).count();
-        let mut after: Vec<usize> = found.iter().map(|(n_seen, _)| *n_seen).collect();
-        after.sort_unstable();
-        println!("| {false_per_m2} | {} of {N_RUNS} | {n_wrong} | {after:?} |", found.len());
+        for (means, is_exact) in [("", false), (", the exact posterior", true)] {
+            let button = LocalizationParams::BUTTON;
+            let perception = PerceptionParams { false_per_m2, ..button.perception };
+            let n_threads = NonZero::new(2).expect("not zero");
+            let params = LocalizationParams { perception, n_threads, ..button };
+            // What equals the definition, pose by pose (tests/several/localization.rs): nothing is pooled.
+            let exact = LocalizationParams { selection_share: 0.0, mean_share: 0.0, ..params };
+            let params = if is_exact { exact } else { params };
+            let found =
+                known.iter().filter_map(|(map, second, first)| found(map, second, *first, params));
+            let found: Vec<(usize, bool)> = found.collect();
+            let n_wrong = found.iter().filter(|(_, is_right)| !is_right).count();
+            let mut after: Vec<usize> = found.iter().map(|(n_seen, _)| *n_seen).collect();
+            after.sort_unstable();
+            let n_found = found.len();
+            println!("| {false_per_m2}{means} | {n_found} of {N_RUNS} | {n_wrong} | {after:?} |");
+        }
     }
 }
 
@@ -119,7 +125,7 @@ fn row(seed: u64, map: &[Landmark], (travel, truth): (&Travel, &[Pose]), first: 
 }
 
 /// A step for every sighting and after 20 m without one, and where the robot truly was.
-fn cut(simulated: &LandmarkTravel) -> (Travel, Vec<Pose>) {
+pub(crate) fn cut(simulated: &LandmarkTravel) -> (Travel, Vec<Pose>) {
     let (mut steps, mut truth) = (Vec::new(), Vec::new());
     for Stage { legs, end } in simulated.stages(STEP_M) {
         let sightings = end.sightings.iter().map(|seen| Sighting {

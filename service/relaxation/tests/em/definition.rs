@@ -4,7 +4,7 @@ use meetpoint_relaxation::{
     EmParams, LandmarkKind, LandmarkMap, MotionModel, PoseCell, PoseGrid, Sighting, StartBelief,
     Step, Travel,
 };
-use nalgebra::{Point2, Vector2};
+use nalgebra::{Matrix3, Point2, Vector2, Vector3};
 
 use meetpoint_geometry::Pose;
 
@@ -50,8 +50,27 @@ impl<'a> World<'a> {
                     * split(pose.y_m - at.y_m)
                     * split(turn / self.params.grid.heading_step_rad())
             }
+            StartBelief::About { pose: about, covariance } => {
+                let weight = |cell| self.about(cell, about, covariance);
+                weight(cell) / self.cells.iter().map(|&cell| weight(cell)).sum::<f64>()
+            }
             StartBelief::Within(_) => 1.0 / self.cells.len() as f64,
         }
+    }
+
+    /// A normal distribution as far as four deviations, not normalised; what lies within a cell is one.
+    fn about(&self, cell: PoseCell, about: Pose, covariance: [[f64; 3]; 3]) -> f64 {
+        let grid = &self.params.grid;
+        let edges = [grid.resolution_m(), grid.resolution_m(), grid.heading_step_rad()];
+        let spread = Matrix3::from_fn(|row, column| {
+            let of_cell = if row == column { edges[row] * edges[row] / 12.0 } else { 0.0 };
+            covariance[row][column] + of_cell
+        });
+        let pose = grid.pose_of(cell);
+        let turn = meetpoint_geometry::angle_between(about.theta_rad, pose.theta_rad);
+        let off = Vector3::new(pose.x_m - about.x_m, pose.y_m - about.y_m, turn);
+        let squares = off.dot(&spread.lu().solve(&off).expect("positive"));
+        if squares <= 16.0 { (-squares / 2.0).exp() } else { 0.0 }
     }
 
     /// Whether a place is in view from a pose, at a step where something is.

@@ -6,6 +6,7 @@ mod alignment;
 mod definition;
 mod joint_em;
 mod localization;
+mod one_em;
 #[path = "../em/worlds.rs"]
 #[expect(dead_code, reason = "shared with the tests of one travel, which use all of it")]
 mod worlds;

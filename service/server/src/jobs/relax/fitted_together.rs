@@ -1,17 +1,22 @@
-//! Sessions past landmarks, each relaxed by itself before, fitted with the landmarks that they share.
+//! Sessions past landmarks, each relaxed by itself before, fitted with the landmarks that they share; then
+//! one expectation maximisation over all of them, which tells anew what each saw.
+
+use std::ops::ControlFlow;
 
 use meetpoint_geometry::{Pose, Rotation2};
 use meetpoint_proto::v1;
 use meetpoint_relaxation::{
-    AlignmentParams, JointLandmark, JointOutcome, LandmarkKind, MappedLandmark, Outcome, Placed,
-    Travel, joint,
+    AlignmentParams, Figures, JointLandmark, JointOutcome, LandmarkKind, MappedLandmark, OneEm,
+    Outcome, Placed, StartBelief, Started, Travel, joint, one_em,
 };
 use meetpoint_storage::{JobId, SessionRecord};
 
 use super::super::running::Stopped;
+use super::super::workbench::Next;
 use super::course::Course;
 use super::finding::{count, finding, place};
 use super::landmark_travel::relaxed_alone;
+use super::merged_starts::covariance_of;
 use super::names::LandmarkNames;
 use super::saved::{Method, Planned, Saved};
 use super::solver::Reckoning;
@@ -50,10 +55,8 @@ impl Relaxing<'_> {
             }
         }
         past.sort_by_key(place);
-        let job = self.job.id;
-        let fitted = self.bench.slice(move || fitted(job, &past)).await?;
         let n_sessions = planned.len();
-        let Some(Fitted { found, n_landmarks, n_shared }) = fitted else {
+        let Some(Fitted { found, told, n_shared }) = self.fitted(past).await? else {
             let text = format!(
                 "{n_sessions} sessions past landmarks do not fit together: each stays as its own \
                  landmarks put it"
@@ -65,11 +68,59 @@ impl Relaxing<'_> {
             let Some(at) = at else { continue };
             (saved.found[at], saved.told[at]) = (kept, told);
         }
+        let OneEm { outcome, n_iterations, n_told_otherwise, log_odds } = told;
+        let n_landmarks = outcome.landmarks.len();
         let text = format!(
             "{n_sessions} sessions past landmarks fitted together: {n_landmarks} landmarks, {n_shared} \
              of them seen by several"
         );
+        self.running.progress(SHARE_RELAXED, Some(&text)).await?;
+        let text = match n_told_otherwise {
+            0 => format!(
+                "one EM over {n_sessions} sessions, {n_iterations} iterations on a grid: it tells no \
+                 sighting otherwise (log odds {log_odds:.1} of the best that it found)"
+            ),
+            n => format!(
+                "one EM over {n_sessions} sessions, {n_iterations} iterations on a grid: {n} sightings \
+                 are of another landmark than each session by itself took them for (log odds \
+                 {log_odds:.1})"
+            ),
+        };
         self.running.progress(SHARE_RELAXED, Some(&text)).await
+    }
+
+    /// Fits the sessions, and tells of each iteration of the EM over them; `None` if they do not fit.
+    async fn fitted(&self, past: Vec<Past>) -> Result<Option<Fitted>, Stopped> {
+        let mut starts = Vec::new();
+        for past in &past {
+            starts.push(self.start(&past.record).await?);
+        }
+        let (job, n_sessions) = (self.job.id, past.len());
+        let mut pieces = self
+            .bench
+            .pieces(move |teller| fitted(job, &past, &starts, |figures| teller.tell(*figures)))?;
+        loop {
+            let Figures { iteration, log_likelihood, .. } = match pieces.next().await? {
+                Next::Piece(figures) => figures,
+                Next::Done(ControlFlow::Continue(fitted)) => return Ok(fitted),
+                Next::Done(ControlFlow::Break(())) => return Err(Stopped::Left),
+            };
+            let log_likelihood = log_likelihood.unwrap_or_default();
+            let text = format!(
+                "one EM over {n_sessions} sessions, iteration {iteration}: log-likelihood \
+                 {log_likelihood:.3}"
+            );
+            self.running.progress(SHARE_RELAXED, Some(&text)).await?;
+        }
+    }
+
+    /// Where a session begins, alpha(0): as it was told, or as surely as its alignment says.
+    async fn start(&self, record: &SessionRecord) -> Result<StartBelief, Stopped> {
+        let pose = place(record);
+        let frames = self.unsure_frames(record.id).await?;
+        let told = StartBelief::At(pose);
+        let about = |covariance| StartBelief::About { pose, covariance };
+        Ok(covariance_of(pose, &frames).map_or(told, about))
     }
 
     /// What a session went past, relaxed again as it was before the service was killed.
@@ -90,13 +141,19 @@ impl Relaxing<'_> {
 /// What was found of sessions together.
 struct Fitted {
     found: Vec<Found>,
-    n_landmarks: usize,
-    /// Of these, what several sessions saw.
+    told: OneEm,
+    /// Landmarks that several sessions saw.
     n_shared: usize,
 }
 
-/// Fits the sessions where they lie in the map; `None` if that cannot be solved.
-fn fitted(job: JobId, past: &[Past]) -> Option<Fitted> {
+/// Fits the sessions where they lie in the map, and lets one EM over all tell anew what they saw; `None` if
+/// that cannot be solved. Breaks if it is told to.
+fn fitted(
+    job: JobId,
+    past: &[Past],
+    starts: &[StartBelief],
+    tell: impl FnMut(&Figures) -> ControlFlow<()>,
+) -> ControlFlow<(), Option<Fitted>> {
     let mut names = LandmarkNames::default();
     let travels: Vec<Travel> = past
         .iter()
@@ -111,13 +168,20 @@ fn fitted(job: JobId, past: &[Past]) -> Option<Fitted> {
             Placed { travel, outcome, site_from_travel }
         })
         .collect();
-    let outcome = joint(&placed, &AlignmentParams::of_travels(&travels))?;
-    let found = (0..past.len()).map(|index| found(job, past, index, &outcome)).collect();
+    let nothing = ControlFlow::Continue(None);
+    let before = joint(&placed, &AlignmentParams::of_travels(&travels));
+    let Some(before) = before else { return nothing };
+    let started = placed.iter().zip(starts);
+    let started: Vec<Started<'_>> =
+        started.map(|(&placed, &start)| Started { placed, start }).collect();
+    let Some(told) = one_em(&started, before, tell)? else { return nothing };
+    let outcome = &told.outcome;
+    let found = (0..past.len()).map(|index| found(job, past, index, outcome)).collect();
     let is_shared = |landmark: &&JointLandmark| {
         landmark.sightings.iter().any(|(travel, ..)| *travel != landmark.sightings[0].0)
     };
     let n_shared = outcome.landmarks.iter().filter(is_shared).count();
-    Some(Fitted { found, n_landmarks: outcome.landmarks.len(), n_shared })
+    ControlFlow::Continue(Some(Fitted { found, told, n_shared }))
 }
 
 /// What was found of a travel, with what its landmarks are called by now.

@@ -50,7 +50,7 @@ pub(super) fn print(first_seed: u64) {
 
 fn print_row(name: &str, travel: &LandmarkTravel) {
     let simulated = Simulated::of(travel);
-    let plain = plain_em(&simulated, paper_params(&simulated));
+    let plain = plain_em(&simulated, &paper_params(&simulated));
     // The job's EM begins at the map that the search found.
     let mut of_job = Iterations::default();
     let relaxed = Relaxed::watched(&simulated.travel, super::TWO, |stage, relaxation| {

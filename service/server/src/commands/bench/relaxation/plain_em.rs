@@ -31,8 +31,8 @@ pub(super) fn paper_params(simulated: &Simulated) -> EmParams {
 }
 
 /// Iterates until it stops by itself, and judges each iteration.
-pub(super) fn plain_em(simulated: &Simulated, params: EmParams) -> Iterations {
-    let mut em = Em::new(&simulated.travel, params, Start::Controls);
+pub(super) fn plain_em(simulated: &Simulated, params: &EmParams) -> Iterations {
+    let mut em = Em::new(&simulated.travel, *params, Start::Controls);
     let mut found = Iterations::default();
     while !em.has_converged() {
         em.iterate();

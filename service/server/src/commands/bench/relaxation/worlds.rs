@@ -39,7 +39,7 @@ impl World {
         let simulated = Simulated::of(&benchmark_travel(kind, seed));
         let relaxed = Relaxed::of(&simulated.travel, NonZero::<usize>::MIN);
         let outcome = relaxed.outcome.as_ref();
-        let plain = || plain_em(&simulated, paper_params(&simulated)).n_wrong_pairs;
+        let plain = || plain_em(&simulated, &paper_params(&simulated)).n_wrong_pairs;
         Self {
             seed,
             n_sightings: simulated.truth.len(),
