@@ -54,6 +54,7 @@ mod merging_by_person;
 mod merging_interrupted;
 mod merging_landmarks;
 mod merging_live;
+mod merging_nameless;
 mod merging_tagged;
 mod metrical;
 mod mrclam;

@@ -34,7 +34,8 @@ pub(crate) fn batches_with_tags(
 ) -> (Vec<v1::Batch>, usize) {
     let (mut batches, mut n_sightings) = (drive.batches(N_TICKS), 0_usize);
     for (index, tick) in drive.ticks.iter().enumerate().step_by(5) {
-        for (tag, [x_m, y_m]) in tags_m.iter().enumerate() {
+        // A sensor's stamp is used once: what is seen at once comes a nanosecond apart.
+        for (tag, [x_m, y_m]) in (0_i64..).zip(tags_m) {
             let there = tick.truth.inverse() * Point2::new(*x_m, *y_m);
             let (range_m, bearing_rad) =
                 (there.coords.norm() * RANGE_SCALE, there.y.atan2(there.x));
@@ -49,7 +50,8 @@ pub(crate) fn batches_with_tags(
                 bearing_rad: Some(bearing_rad),
                 range_m: Some(range_m),
             };
-            let sighting = observation(tick.stamp_ns, CAMERA, Kind::LandmarkSighting(sighting));
+            let sighting =
+                observation(tick.stamp_ns + tag, CAMERA, Kind::LandmarkSighting(sighting));
             batches[index / N_TICKS].observations.push(sighting);
         }
     }

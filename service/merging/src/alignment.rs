@@ -31,6 +31,10 @@ pub struct Alignment {
     pub n_named: usize,
     /// ...and those of them that lie together.
     pub n_named_agreeing: usize,
+    /// Landmarks without names of the newcomer where the site has one of their type...
+    pub n_nameless_agreeing: usize,
+    /// ...and those of either map where the other has looked for them and has none.
+    pub n_nameless_alone: usize,
 }
 
 /// Whether the newcomer is to be put into the site.

@@ -23,9 +23,9 @@ use crate::part::Part;
 use crate::patches::{Patch, patches};
 use crate::reason::Reason;
 use crate::refinement::{Refined, refined};
-use crate::rivals::{margin, named_margin};
+use crate::rivals::{margin, named_margin, nameless_margin};
 use crate::slides::least_margin;
-use crate::verdict::{Standing, judged};
+use crate::verdict::{Rival, Standing, judged};
 
 /// A search under way. The same parts give the same bits, on any number of threads.
 #[derive(Debug)]
@@ -266,10 +266,9 @@ impl AlignmentSearch {
         };
         let told = &self.places[..self.places.len().min(self.params.n_told_max)];
         let ranked: Vec<Alignment> = told.iter().map(|place| self.alignment(place)).collect();
-        let rival = self.strongest_rival(best);
         let standing = Standing {
             best: &ranked[0],
-            rival_apart: rival.map_or((0.0, 0.0), |rival| apart(best, rival)),
+            rivals: &self.rivals(best),
             slide: least_margin(
                 (&self.site, &self.newcomer),
                 &best.refined,
@@ -277,10 +276,7 @@ impl AlignmentSearch {
                 N_WALLS_FULL,
             ),
             std_m: best.refined.weakest().0,
-            named: (
-                best.evidence.named.log_odds,
-                rival.map_or(0.0, |rival| named_margin(&best.evidence, &rival.evidence)),
-            ),
+            named_log_odds: best.evidence.named.log_odds,
         };
         let (verdict, reasons) = judged(&standing, &self.rules);
         if verdict == Verdict::NoOverlap {
@@ -310,6 +306,18 @@ impl AlignmentSearch {
         })
     }
 
+    /// All other places.
+    fn rivals(&self, place: &Place) -> Vec<Rival> {
+        let others = self.places.iter().filter(|other| !std::ptr::eq(*other, place));
+        let rival = |other: &Place| Rival {
+            apart: apart(place, other),
+            margin: margin(&place.evidence, &other.evidence),
+            named: named_margin(&place.evidence, &other.evidence),
+            nameless: nameless_margin(&place.evidence, &other.evidence),
+        };
+        others.map(rival).collect()
+    }
+
     fn alignment(&self, place: &Place) -> Alignment {
         let site_from_newcomer = place.refined.site_from_newcomer;
         let (overlap_m2, overlap_share) = overlap(&self.site, &self.newcomer, site_from_newcomer);
@@ -325,6 +333,8 @@ impl AlignmentSearch {
             contradiction: place.evidence.contradiction(),
             n_named: place.evidence.named.n_common,
             n_named_agreeing: place.evidence.named.n_agreeing,
+            n_nameless_agreeing: place.evidence.nameless.n_agreeing,
+            n_nameless_alone: place.evidence.nameless.n_alone,
         }
     }
 }

@@ -15,6 +15,7 @@ use meetpoint_geometry::{Point2, Pose, Vector2};
 
 use crate::ground::Known;
 use crate::named_landmarks::NamedTestimony;
+use crate::nameless_landmarks::NamelessTestimony;
 use crate::part::Part;
 use crate::walls::Wall;
 
@@ -54,7 +55,13 @@ pub(crate) struct Evidence {
     pub(crate) site: Testimony,
     /// Of the landmarks with names.
     pub(crate) named: NamedTestimony,
+    /// Of those without.
+    pub(crate) nameless: NamelessTestimony,
 }
+
+/// What landmarks without names take from the log odds of a place, at most: a detector that misses what
+/// another one sees is no proof against what walls say.
+const NAMELESS_AGAINST_MAX: f64 = 20.0;
 
 impl Evidence {
     /// Of a place of the newcomer, by `n_max` walls of each map at most.
@@ -67,12 +74,15 @@ impl Evidence {
             newcomer: Testimony::new(newcomer, site, site_from_newcomer, n_max),
             site: Testimony::new(site, newcomer, site_from_newcomer.inverse(), n_max),
             named: NamedTestimony::new((site, newcomer), site_from_newcomer),
+            nameless: NamelessTestimony::new((site, newcomer), site_from_newcomer),
         }
     }
 
-    /// Logarithm of the odds against no overlap.
+    /// Logarithm of the odds against no overlap. Landmarks without names only speak against: those that lie
+    /// together repeat what an architect repeats, doors above all, as walls do.
     pub(crate) fn log_odds(&self) -> f64 {
-        0.5 * (self.newcomer.sum() + self.site.sum()) + self.named.log_odds
+        let nameless = self.nameless.log_odds.clamp(-NAMELESS_AGAINST_MAX, 0.0);
+        0.5 * (self.newcomer.sum() + self.site.sum()) + self.named.log_odds + nameless
     }
 
     /// Share of the walls that agree, by the map of which fewer do.

@@ -25,6 +25,12 @@ pub struct MergeRules {
     pub named_margin_min: f64,
     /// ...and so many of them lying where the other map has them. One may be another landmark of that name.
     pub named_min: usize,
+    /// Landmarks without names say which of two places alike it is with so much of the margin theirs...
+    pub nameless_margin_min: f64,
+    /// ...and so many of them lying where the other map has one of their type...
+    pub nameless_min: usize,
+    /// ...and then it is merged; else a person is asked: what looks alike may look so elsewhere too.
+    pub accepts_nameless: bool,
     /// Area that both maps must have seen, in square metres.
     pub overlap_min_m2: f64,
     /// Share of the walls in the overlap that must agree.
@@ -49,6 +55,9 @@ impl MergeRules {
         margin_share_min: 0.1,
         named_margin_min: 12.0,
         named_min: 2,
+        nameless_margin_min: 12.0,
+        nameless_min: 3,
+        accepts_nameless: false,
         overlap_min_m2: 15.0,
         agreement_min: 0.6,
         contradiction_max: 0.15,

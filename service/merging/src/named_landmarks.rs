@@ -50,7 +50,7 @@ struct Common {
 /// Share of names that are wrong: of another landmark called the same, or misread, or moved.
 const WRONG: f64 = 0.02;
 /// Standard deviation that two maps have of one another over a floor, in metres: both bend.
-const BEND_STD_M: f64 = 0.3;
+pub(crate) const BEND_STD_M: f64 = 0.3;
 /// A name lies where the other map has it if the square of the distance in units of the variance is at
 /// most this: three deviations.
 const AGREES_CHI2_MAX: f64 = 9.0;

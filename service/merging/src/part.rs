@@ -6,7 +6,9 @@ use meetpoint_tracking::LaserTravel;
 
 use crate::alignment_params::AlignmentParams;
 use crate::ground::Ground;
+use crate::looked::{Look, Looked};
 use crate::named_landmarks::NamedLandmark;
+use crate::nameless_landmarks::NamelessLandmark;
 use crate::nearest_walls::NearestWalls;
 use crate::search_field::{SearchField, known_m2};
 use crate::walls::{Wall, main_direction, walls};
@@ -26,6 +28,10 @@ pub struct Part {
     known_m2: f64,
     /// Landmarks with names, in its frame.
     pub(crate) landmarks: Vec<NamedLandmark>,
+    /// Landmarks without names...
+    pub(crate) nameless: Vec<NamelessLandmark>,
+    /// ...and where they were looked for.
+    pub(crate) looked: Looked,
 }
 
 impl Part {
@@ -41,6 +47,8 @@ impl Part {
             ground,
             walls,
             landmarks: Vec::new(),
+            nameless: Vec::new(),
+            looked: Looked::default(),
         }
     }
 
@@ -48,6 +56,14 @@ impl Part {
     #[must_use]
     pub fn with_landmarks(self, landmarks: Vec<NamedLandmark>) -> Self {
         Self { landmarks, ..self }
+    }
+
+    /// The same with landmarks that have none, in its frame, and the moments at which its robots looked for
+    /// them.
+    #[must_use]
+    pub fn with_nameless(self, nameless: Vec<NamelessLandmark>, looks: &[Look]) -> Self {
+        let looked = Looked::new(&self.ground, looks);
+        Self { nameless, looked, ..self }
     }
 
     /// Of the scans of some sessions in one frame, drawn at their poses; scans that live mapping did not

@@ -67,6 +67,20 @@ pub enum Reason {
         /// How far it would be turned, in radians.
         apart_rad: f64,
     },
+    /// Only landmarks without names say that it is not another place.
+    NamelessDecide {
+        /// Logarithm of the odds against the other place that they say...
+        margin: f64,
+        /// ...and all else says, which is not enough.
+        margin_without: f64,
+    },
+    /// Of landmarks without names, most are where the other map has looked for them and has none.
+    NamelessElsewhere {
+        /// So many of both maps...
+        n_alone: usize,
+        /// ...and so many lie together.
+        n_agreeing: usize,
+    },
     /// Landmarks with names lie elsewhere than the other map has them.
     NamedElsewhere {
         /// So many of those that both maps have...
@@ -138,6 +152,18 @@ impl fmt::Display for Reason {
                 write!(
                     f,
                     "log odds {margin:.1} against having slid by {slide_m:.1} m, needed are {margin_min:.1}"
+                )
+            }
+            Self::NamelessDecide { margin, margin_without } => {
+                write!(
+                    f,
+                    "log odds {margin:.1} against another place by landmarks without names, {margin_without:.1} by all else"
+                )
+            }
+            Self::NamelessElsewhere { n_alone, n_agreeing } => {
+                write!(
+                    f,
+                    "{n_alone} landmarks without names are in one map and not in the other, {n_agreeing} in both"
                 )
             }
             Self::NamedElsewhere { n_elsewhere, n_common } => {

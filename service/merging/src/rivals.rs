@@ -16,15 +16,20 @@ use crate::evidence::{Evidence, Testimony};
 /// some evidence, because most of a building is unlike the rest.
 const UNSEEN: f64 = 0.2;
 
-/// Logarithm of the odds of one place against another, by all walls and names.
+/// Logarithm of the odds of one place against another, by all walls and landmarks.
 pub(crate) fn margin(place: &Evidence, rival: &Evidence) -> f64 {
     let by_walls = 0.5 * (lead(&place.newcomer, &rival.newcomer) + lead(&place.site, &rival.site));
-    by_walls + named_margin(place, rival)
+    by_walls + named_margin(place, rival) + nameless_margin(place, rival)
 }
 
 /// The share of it that names say.
 pub(crate) fn named_margin(place: &Evidence, rival: &Evidence) -> f64 {
     place.named.log_odds - rival.named.log_odds
+}
+
+/// The share of it that landmarks without names say: which of two places alike it is.
+pub(crate) fn nameless_margin(place: &Evidence, rival: &Evidence) -> f64 {
+    place.nameless.log_odds - rival.nameless.log_odds
 }
 
 fn lead(place: &Testimony, rival: &Testimony) -> f64 {

@@ -64,7 +64,10 @@ pub(crate) fn alignment(
         contradiction,
         n_named,
         n_named_agreeing,
+        n_nameless_agreeing,
+        n_nameless_alone,
     } = found;
+    let n_contradicted = n_named.saturating_sub(*n_named_agreeing) + n_nameless_alone;
     v1::MergeAlignment {
         id: alignment_id(session, onto, *site_from_newcomer).to_string(),
         onto_session: onto.map(|onto| onto.0.to_string()).unwrap_or_default(),
@@ -76,8 +79,8 @@ pub(crate) fn alignment(
         agreement: *agreement,
         contradiction: *contradiction,
         margin: *margin,
-        landmarks_matched: count(*n_named_agreeing),
-        landmarks_contradicted: count(n_named.saturating_sub(*n_named_agreeing)),
+        landmarks_matched: count(n_named_agreeing + n_nameless_agreeing),
+        landmarks_contradicted: count(n_contradicted),
     }
 }
 
@@ -212,10 +215,12 @@ mod tests {
             contradiction: 0.01,
             n_named: 5,
             n_named_agreeing: 4,
+            n_nameless_agreeing: 3,
+            n_nameless_alone: 2,
         };
         let wire = alignment(session, Some(onto), &found);
         assert_eq!(wire.covariance, [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], "the upper half");
-        assert_eq!((wire.landmarks_matched, wire.landmarks_contradicted), (4, 1), "of five");
+        assert_eq!((wire.landmarks_matched, wire.landmarks_contradicted), (7, 3), "of all");
         let at = place(&wire).expect("just made");
         assert_eq!(at, (Some(onto), found.site_from_newcomer), "where it was found");
         let again = alignment(session, Some(onto), &merging::Alignment { log_odds: 1.0, ..found });

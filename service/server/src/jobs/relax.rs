@@ -22,6 +22,7 @@ mod live_poses;
 mod merged_starts;
 mod named_sightings;
 pub(super) mod named_sums;
+mod nameless_sums;
 pub(super) mod names;
 mod saved;
 mod several;

@@ -40,6 +40,7 @@ impl MergingSettings {
             margin_share_min: self.margin_share_min,
             named_margin_min: self.named_margin_min,
             named_min: self.named_min,
+            accepts_nameless: self.landmarks_accepts_nameless,
             overlap_min_m2: self.overlap_min_m2,
             agreement_min: self.agreement_min,
             contradiction_max: self.contradiction_max,

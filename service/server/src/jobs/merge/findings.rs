@@ -339,6 +339,8 @@ mod tests {
             contradiction: 0.0,
             n_named: 0,
             n_named_agreeing: 0,
+            n_nameless_agreeing: 0,
+            n_nameless_alone: 0,
         };
         let (ranked, figures) = (vec![first], SearchFigures::default());
         Alignments { verdict, reasons: Vec::new(), ranked, figures }

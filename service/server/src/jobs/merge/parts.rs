@@ -3,14 +3,14 @@
 use std::sync::Arc;
 
 use meetpoint_geometry::Pose;
-use meetpoint_merging::{AlignmentParams, NamedLandmark, Part};
+use meetpoint_merging::{AlignmentParams, Look, NamedLandmark, NamelessLandmark, Part};
 use meetpoint_occupancy::Grid;
 use meetpoint_proto::v1;
 use meetpoint_storage::{MapRecord, MergeState, SessionFilter, SessionId, SessionRecord};
 
 use v1::sensor::Kind;
 
-use super::super::relax::named_sums::{NamedSums, SumsByName, add_named};
+use super::super::relax::named_sums::{NamedSums, SeenSums, add_seen};
 use super::super::relax::names::LandmarkNames;
 use super::super::running::Stopped;
 use super::Merging;
@@ -82,7 +82,7 @@ impl Parts {
         let (sessions, mut names) = (sessions(merging).await?, LandmarkNames::default());
         let of_site: Vec<&SessionRecord> =
             sessions.iter().filter(|record| record.frame.is_none()).collect();
-        let of_site = named(merging, &map, (&of_site, &mut names)).await?;
+        let of_site = seen(merging, &map, (&of_site, &mut names)).await?;
         parts.site = part(merging, version.number, None, of_site).await?;
         for record in &sessions {
             parts.has_placed |= record.frame.is_none();
@@ -95,7 +95,7 @@ impl Parts {
             if !is_asked || record.frame != Some(record.id) {
                 continue;
             }
-            let of_part = named(merging, &map, (&[record], &mut names)).await?;
+            let of_part = seen(merging, &map, (&[record], &mut names)).await?;
             let part = part(merging, version.number, Some(record.id), of_part).await?;
             let page = service.store.trajectory(record.id, version.number, 0, 0).await?;
             let merge = service.store.merge(merge::id_of(record.id)).await?;
@@ -127,13 +127,22 @@ fn hears_only(record: &SessionRecord) -> Result<bool, Error> {
         && !has(|kind| matches!(kind, Kind::Laser(_))))
 }
 
-/// The landmarks with names that some sessions saw beside walls, in the frame that they share.
-async fn named(
+/// Landmarks that some sessions saw beside walls, in the frame that they share.
+#[derive(Debug)]
+struct Landmarks {
+    named: Vec<NamedLandmark>,
+    nameless: Vec<NamelessLandmark>,
+    /// Where robots looked for them.
+    looks: Vec<Look>,
+}
+
+/// What some sessions saw of landmarks beside walls.
+async fn seen(
     merging: &Merging<'_>,
     map: &MapRecord,
     (sessions, names): (&[&SessionRecord], &mut LandmarkNames),
-) -> Result<Vec<NamedLandmark>, Stopped> {
-    let mut sums = SumsByName::new();
+) -> Result<Landmarks, Stopped> {
+    let mut sums = SeenSums::default();
     for &record in sessions {
         if record.n_scans == 0 || !detects(record)? {
             continue;
@@ -141,16 +150,18 @@ async fn named(
         let reader = (merging.service, merging.bench);
         let frame_from_session = record.map_from_session.filter(|_| record.frame.is_none());
         let at = frame_from_session.map_or(Pose::IDENTITY, pose::from_record);
-        add_named(reader, map, (record, at), (names, &mut sums)).await?;
+        add_seen(reader, map, (record, at), (names, &mut sums)).await?;
     }
+    let sighting_m2 = SIGHTING_STD_M * SIGHTING_STD_M;
     let landmark = |(&name, sums): (&u32, &NamedSums)| {
         let (at, variance_m2) = sums.mean();
         // Several landmarks are called that, or it is carried about.
         let is_one = variance_m2 <= NAMED_STD_MAX_M * NAMED_STD_MAX_M;
-        let variance_m2 = variance_m2 + SIGHTING_STD_M * SIGHTING_STD_M;
-        is_one.then_some(NamedLandmark { name, at, variance_m2 })
+        is_one.then_some(NamedLandmark { name, at, variance_m2: variance_m2 + sighting_m2 })
     };
-    Ok(sums.iter().filter_map(landmark).collect())
+    let named = sums.named.iter().filter_map(landmark).collect();
+    let (nameless, looks) = sums.nameless.told(sighting_m2);
+    Ok(Landmarks { named, nameless, looks })
 }
 
 /// All sessions of the map, in the order in which they were opened.
@@ -170,16 +181,18 @@ async fn part(
     merging: &Merging<'_>,
     version: u64,
     frame: Option<SessionId>,
-    named: Vec<NamedLandmark>,
+    seen: Landmarks,
 ) -> Result<Option<Arc<Part>>, Stopped> {
     let drawn = merging.service.frame_grid(&merging.map.id.0, version, frame).await?.grid;
     if drawn.bounds().is_none() {
         return Ok(None);
     }
-    let part = merging.bench.slice(move || made(&drawn).with_landmarks(named)).await?;
+    let part = merging.bench.slice(move || made(&drawn, seen)).await?;
     Ok(Some(Arc::new(part)))
 }
 
-fn made(drawn: &Grid) -> Part {
-    Part::of_grid(drawn, &AlignmentParams::INDOOR)
+fn made(drawn: &Grid, seen: Landmarks) -> Part {
+    let Landmarks { named, nameless, looks } = seen;
+    let part = Part::of_grid(drawn, &AlignmentParams::INDOOR);
+    part.with_landmarks(named).with_nameless(nameless, &looks)
 }

@@ -1,4 +1,5 @@
-//! Where the poses of a version put the landmarks that have names, by all that a session saw of each.
+//! Where the poses of a version put the landmarks that have names, by all that a session saw of each; and
+//! with them those that have none.
 
 use std::collections::BTreeMap;
 
@@ -9,6 +10,7 @@ use super::super::running::Stopped;
 use super::super::workbench::Workbench;
 use super::course::Moment;
 use super::live_poses::{LivePose, newest_poses};
+use super::nameless_sums::NamelessSums;
 use super::names::LandmarkNames;
 use super::way::way;
 use crate::service::Service;
@@ -25,10 +27,15 @@ pub(in crate::jobs) struct NamedSums {
 pub(in crate::jobs) type SumsByName = BTreeMap<u32, NamedSums>;
 
 impl NamedSums {
-    fn add(&mut self, at: Point2<f64>) {
+    pub(super) fn add(&mut self, at: Point2<f64>) {
         self.n += 1.0;
         self.sum += at.coords;
         self.sum_of_squares += at.coords.norm_squared();
+    }
+
+    /// How many they are.
+    pub(super) fn n(&self) -> f64 {
+        self.n
     }
 
     /// Their mean, and the variance of each coordinate about it, in square metres.
@@ -39,32 +46,50 @@ impl NamedSums {
     }
 }
 
-/// Adds what a session saw of landmarks with names, as the newest version has it, in the frame that its
-/// poses are seen from by `frame_from_session`.
-pub(in crate::jobs) async fn add_named(
+/// What sessions saw of landmarks, in one frame.
+#[derive(Debug, Default)]
+pub(in crate::jobs) struct SeenSums {
+    /// Of those with names.
+    pub(in crate::jobs) named: SumsByName,
+    /// Of the others.
+    pub(in crate::jobs) nameless: NamelessSums,
+}
+
+/// Adds what a session saw of landmarks, as the newest version has it, in the frame that its poses are seen
+/// from by `frame_from_session`.
+pub(in crate::jobs) async fn add_seen(
     (service, bench): (&Service, &Workbench),
     map: &MapRecord,
     (record, frame_from_session): (&SessionRecord, Pose),
-    (names, sums): (&mut LandmarkNames, &mut SumsByName),
+    (names, sums): (&mut LandmarkNames, &mut SeenSums),
 ) -> Result<(), Stopped> {
     let way = way((service, bench), record, record.acked_through, None).await?;
     let Ok(way) = way else { return Ok(()) };
+    let (range_max_m, half_rad) = (way.course.range_max_m, way.course.half_field_of_view_rad);
     let moments = way.course.moments;
     let known = newest_poses(service, (map, &[(record.id, moments.len())])).await?;
     let poses = known.into_iter().flat_map(|known| known.poses);
+    let mut begins = true;
     for (moment, LivePose { session_from_robot, is_lost, .. }) in moments.iter().zip(poses) {
         if !is_lost {
-            add_seen(moment, frame_from_session * session_from_robot, names, sums);
+            let robot = frame_from_session * session_from_robot;
+            sums.nameless.look(robot, range_max_m, half_rad, begins);
+            begins = false;
+            add_moment(moment, robot, names, sums);
         }
     }
     Ok(())
 }
 
-fn add_seen(moment: &Moment, robot: Pose, names: &mut LandmarkNames, sums: &mut SumsByName) {
+fn add_moment(moment: &Moment, robot: Pose, names: &mut LandmarkNames, sums: &mut SeenSums) {
     for seen in &moment.seen {
-        let Some(identity) = &seen.identity else { continue };
-        let name = names.landmark(&seen.landmark_type, identity);
-        sums.entry(name).or_default().add(robot * seen.robot_from_landmark);
+        let at = robot * seen.robot_from_landmark;
+        if let Some(identity) = &seen.identity {
+            let name = names.landmark(&seen.landmark_type, identity);
+            sums.named.entry(name).or_default().add(at);
+        } else {
+            sums.nameless.add(names.landmark_type(&seen.landmark_type), at);
+        }
     }
 }
 
