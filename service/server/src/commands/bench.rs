@@ -5,6 +5,7 @@ mod child;
 mod ground_truth;
 mod ingest;
 mod matching;
+mod measurement;
 mod merge;
 mod nx;
 mod occupancy;

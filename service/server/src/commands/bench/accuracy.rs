@@ -2,7 +2,6 @@
 
 mod interval;
 mod log_variant;
-mod measurement;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -10,10 +9,10 @@ use std::path::{Path, PathBuf};
 use anyhow::Context;
 use meetpoint_geometry::Pose;
 
+use super::measurement::{Cost, Measurement, measurement};
 use super::relations::{self, Errors, Relation};
 use interval::{Interval, interval};
 use log_variant::{LogVariant, variants};
-use measurement::{Cost, Measurement, measurement};
 
 /// A map of which this is the mean translational error has come apart, in metres: no wall is where it is.
 const BROKEN_M: f64 = 0.5;

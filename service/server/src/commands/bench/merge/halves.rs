@@ -9,6 +9,7 @@ use meetpoint_client::Client;
 use meetpoint_geometry::Pose;
 
 use super::super::child::ChildService;
+use super::super::measurement::measurement;
 use super::super::poses::poses;
 use super::super::relation_frame::{error_m, offset_m};
 use super::super::relations::{self, Relation};
@@ -42,14 +43,16 @@ struct Across {
     /// The translational one if the relations are of a point of the robot that those say which do not
     /// lead across.
     in_own_frame_m: f64,
+    /// The translational one of the same relations in the map of the log that was not cut.
+    uncut_m: f64,
 }
 
 /// Prints a row for every cut of every log, and one for all of a log.
 pub(super) async fn print(files: &[PathBuf], n_cuts: u32, data: &Path) -> anyhow::Result<()> {
     println!(
-        "| log, cut at | verdict | accepted | margin | relations across | mean error | in the relations' own frame | merge and relax |"
+        "| log, cut at | verdict | accepted | margin | relations across | mean error | in the relations' own frame | not cut | merge and relax |"
     );
-    println!("|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let mut n_wrong = 0;
     for pair in files.chunks_exact(2) {
         let (log, path) = (&pair[0], &pair[1]);
@@ -57,11 +60,12 @@ pub(super) async fn print(files: &[PathBuf], n_cuts: u32, data: &Path) -> anyhow
             .with_context(|| format!("cannot read {}", path.display()))?;
         let truth = relations::read(&text).with_context(|| format!("in {}", path.display()))?;
         let name = log.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let uncut = measurement(log, &[], data).await?.relaxed;
         let mut found = Vec::new();
         for index in 0..n_cuts {
             let step = (CUTS.1 - CUTS.0) / f64::from(n_cuts.saturating_sub(1).max(1));
             let share = CUTS.0 + step * f64::from(index);
-            let cut = cut(log, share, &truth, data).await?;
+            let cut = cut(log, share, (&truth, &uncut), data).await?;
             println!("| {name}, {:.0} % | {} |", 100.0 * share, text_of(&cut));
             found.push(cut);
         }
@@ -72,7 +76,14 @@ pub(super) async fn print(files: &[PathBuf], n_cuts: u32, data: &Path) -> anyhow
     Ok(())
 }
 
-async fn cut(log: &Path, share: f64, truth: &[Relation], data: &Path) -> anyhow::Result<Cut> {
+/// Cuts a log at a share of its time and compares with relations and with the poses of the log that was not
+/// cut.
+async fn cut(
+    log: &Path,
+    share: f64,
+    (truth, uncut): (&[Relation], &BTreeMap<i64, Pose>),
+    data: &Path,
+) -> anyhow::Result<Cut> {
     let service = ChildService::start(data, "merge")?;
     let client = Client::connect(&service.url)?;
     let at = format!("{share:.4}");
@@ -87,7 +98,7 @@ async fn cut(log: &Path, share: f64, truth: &[Relation], data: &Path) -> anyhow:
     let is_merged = is_accepted(&merge);
     let across = if is_merged {
         let (first, second) = (poses(&client, first).await?, poses(&client, second).await?);
-        Some(across(first, second, truth)?)
+        Some(across(first, second, truth, uncut)?)
     } else {
         None
     };
@@ -100,6 +111,7 @@ fn across(
     first: BTreeMap<i64, Pose>,
     second: BTreeMap<i64, Pose>,
     truth: &[Relation],
+    uncut: &BTreeMap<i64, Pose>,
 ) -> anyhow::Result<Across> {
     let cut_ns = *second.keys().next().context("the second part has no pose")?;
     let all: BTreeMap<i64, Pose> = first.into_iter().chain(second).collect();
@@ -107,12 +119,14 @@ fn across(
         truth.iter().partition(|one| one.leads_across(cut_ns));
     let off = relations::residuals(&all, &across);
     let Some(errors) = relations::errors(&off, across.len()) else { return Ok(Across::default()) };
-    let offset_m = offset_m(&all, &within).unwrap_or_default();
+    let uncut = relations::errors(&relations::residuals(uncut, &across), across.len());
+    let in_own_frame_m = offset_m(&all, &within).and_then(|off_m| error_m(&all, &across, off_m));
     Ok(Across {
         n: errors.n,
         translation_m: errors.translation_m,
         rotation_rad: errors.rotation_rad,
-        in_own_frame_m: error_m(&all, &across, offset_m).unwrap_or_default(),
+        in_own_frame_m: in_own_frame_m.unwrap_or(f64::NAN),
+        uncut_m: uncut.map_or(f64::NAN, |errors| errors.translation_m),
     })
 }
 
@@ -126,16 +140,16 @@ fn text_of(cut: &Cut) -> String {
     let accepted = if *is_merged { "yes" } else { "no" };
     let errors = match across {
         Some(across) if 0 < across.n => text_of_errors(across),
-        Some(_) => "0 | - | -".to_owned(),
-        None => "- | - | -".to_owned(),
+        Some(_) => "0 | - | - | -".to_owned(),
+        None => "- | - | - | -".to_owned(),
     };
     format!("{verdict} | {accepted} | {margin} | {errors} | {seconds:.1} s")
 }
 
 fn text_of_errors(across: &Across) -> String {
-    let Across { n, translation_m, rotation_rad, in_own_frame_m } = across;
+    let Across { n, translation_m, rotation_rad, in_own_frame_m, uncut_m } = across;
     let degrees = rotation_rad.to_degrees();
-    format!("{n} | {translation_m:.4} m, {degrees:.3}° | {in_own_frame_m:.4} m")
+    format!("{n} | {translation_m:.4} m, {degrees:.3}° | {in_own_frame_m:.4} m | {uncut_m:.4} m")
 }
 
 /// All relations of all cuts together, each counted as often as it leads across one.
@@ -152,6 +166,7 @@ fn text_of_all(cuts: &[Cut]) -> String {
         translation_m: mean(&|one| one.translation_m),
         rotation_rad: mean(&|one| one.rotation_rad),
         in_own_frame_m: mean(&|one| one.in_own_frame_m),
+        uncut_m: mean(&|one| one.uncut_m),
     });
     format!("{n_merged} of {} merged, {n_wrong} wrongly | | | {errors} |", cuts.len())
 }

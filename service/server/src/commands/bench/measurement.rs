@@ -9,9 +9,9 @@ use meetpoint_client::Client;
 use meetpoint_geometry::Pose;
 use meetpoint_proto::v1;
 
-use super::super::child::{ChildService, cpu_s_of_children};
-use super::super::poses::poses;
-use super::super::replaying::{replayed, session_of, told};
+use super::child::{ChildService, cpu_s_of_children};
+use super::poses::poses;
+use super::replaying::{replayed, session_of, told};
 
 /// The map of each measurement.
 const MAP: &str = "bench";
