@@ -9,9 +9,12 @@
 //! A travel that was relaxed by itself has told its sightings by itself, and what is ambiguous in it need not
 //! be so among the landmarks of others. Where a button is pressed upon landmarks both steps are the paper's,
 //! on a grid of poses ([`crate::joint_em`]), from the map that all come to together and from that of the
-//! travel that is surest, as the second robot of the paper from that of the first. What cameras see is
-//! finer than such a grid: there a step goes over what fits best, every sighting to the landmark that it is
-//! nearest to in units of its error, and least squares over all ([`crate::together`]).
+//! travel that is surest, as the second robot of the paper from that of the first.
+//! Which sighting is of which landmark is then settled by what fits best, in units of its error, with least
+//! squares over all ([`crate::together`]).
+//!
+//! What cameras see is finer than such a grid, and to settle it by best fit alone makes it worse: without
+//! names MRCLAM 6 comes out 0.105 m off instead of 0.056. There what the travels told stands.
 //!
 //! What comes of it is taken only if the evidence of all measurements says so: EM climbs the nearest hill.
 
@@ -56,7 +59,7 @@ pub struct Started<'a> {
 pub struct OneEm {
     /// The map of all: what was there before, if nothing better was found.
     pub outcome: JointOutcome,
-    /// Iterations of EM on a grid of poses, from all maps together; 0 if it was not run.
+    /// Iterations of EM on a grid of poses, from all maps together; 0 if it was not run, as where cameras saw.
     pub n_iterations: u32,
     /// Sightings that are of another landmark than each travel by itself, and all of them together before,
     /// had them.
@@ -91,6 +94,11 @@ pub fn one_em(
     mut tell: impl FnMut(&Figures) -> ControlFlow<()>,
 ) -> ControlFlow<(), Option<OneEm>> {
     let all = All::new(started);
+    if !all.params.iter().all(|params| params.runs_em) {
+        let (n_iterations, n_told_otherwise, log_odds) = (0, 0, 0.0);
+        let stands = OneEm { outcome: before, n_iterations, n_told_otherwise, log_odds };
+        return ControlFlow::Continue(Some(stands));
+    }
     let ways = (before.poses.clone(), before.calibrations.clone());
     let Some(told) = all.told(associations(started, &before), ways) else {
         return ControlFlow::Continue(None);
@@ -146,11 +154,8 @@ impl<'a> All<'a> {
         [before.known_map()].into_iter().chain(alone).collect()
     }
 
-    /// EM on a grid from a map; `None` if not all travels are of a button, or no grid holds them.
+    /// EM on a grid from a map; `None` if no grid holds all travels.
     fn em(&self, map: &[Landmark], before: &JointOutcome) -> Option<JointEm<'a>> {
-        if !self.params.iter().all(|params| params.runs_em) {
-            return None;
-        }
         let (motion, perception) = (MotionParams::CARPET, PerceptionParams::BUTTON);
         let travels = self.started.iter().zip(&before.calibrations);
         let travels: Vec<_> = travels
