@@ -33,7 +33,7 @@ fn main() {
         simulated.landmarks.len(),
         simulated.final_error_m(),
     );
-    let params = EmParams {
+    let params = &EmParams {
         n_threads: NonZero::new(2).expect("not zero"),
         ..EmParams::button(grid_around(&truth, 1.0, 72))
     };
@@ -65,11 +65,11 @@ fn megabytes(n_bytes: usize) -> f64 {
     n_bytes as f64 / 1e6
 }
 
-fn by_iteration(travel: &Travel, truth: &[Pose], params: EmParams, n_landmarks: usize) {
+fn by_iteration(travel: &Travel, truth: &[Pose], params: &EmParams, n_landmarks: usize) {
     println!(
         "iteration  seconds  ln P(d|m)      cells     MB  landmarks  path off: median, most (m)"
     );
-    let (mut em, mut total_s) = seconds(|| Em::new(travel, params, Start::Controls));
+    let (mut em, mut total_s) = seconds(|| Em::new(travel, *params, Start::Controls));
     while !em.has_converged() {
         let (figures, taken_s) = seconds(|| em.iterate());
         total_s += taken_s;
@@ -95,14 +95,14 @@ fn n_found(map: Option<&LandmarkMap>) -> usize {
 const N_ITERATIONS: u32 = 5;
 
 /// Seconds of tables and of all iterations, and what they worked on.
-fn timed(travel: &Travel, params: EmParams) -> (f64, f64, Vec<Figures>) {
-    let (mut em, tables_s) = seconds(|| Em::new(travel, params, Start::Controls));
+fn timed(travel: &Travel, params: &EmParams) -> (f64, f64, Vec<Figures>) {
+    let (mut em, tables_s) = seconds(|| Em::new(travel, *params, Start::Controls));
     let iterations = || (0..N_ITERATIONS).map(|_| em.iterate()).collect();
     let (figures, taken_s) = seconds(iterations);
     (tables_s, taken_s, figures)
 }
 
-fn print_timed(name: &str, travel: &Travel, params: EmParams) {
+fn print_timed(name: &str, travel: &Travel, params: &EmParams) {
     let (tables_s, taken_s, figures) = timed(travel, params);
     let n_products: usize = figures.iter().map(|figures| figures.n_products).sum();
     let n_bytes = figures.iter().map(|figures| figures.n_bytes).max().unwrap_or(0);
@@ -122,48 +122,48 @@ fn print_head(title: &str) {
 }
 
 /// Without coarse iterations, so that all is measured on one grid.
-fn on_one_grid(params: EmParams) -> EmParams {
-    EmParams { n_coarse_iterations: 0, ..params }
+fn on_one_grid(params: &EmParams) -> EmParams {
+    EmParams { n_coarse_iterations: 0, ..*params }
 }
 
-fn growth_with_steps(simulated: &LandmarkTravel, params: EmParams) {
+fn growth_with_steps(simulated: &LandmarkTravel, params: &EmParams) {
     print_head("growth with steps");
     let (travel, _) = travel::cut(simulated, STEP_M);
     for share in [4, 2, 1] {
         let steps = travel.steps[..travel.steps.len() / share].to_vec();
         let prefix = Travel { steps, ..travel.clone() };
-        print_timed(&format!("1/{share} of the travel"), &prefix, on_one_grid(params));
+        print_timed(&format!("1/{share} of the travel"), &prefix, &on_one_grid(params));
     }
     println!();
 }
 
-fn growth_with_cells(travel: &Travel, truth: &[Pose], params: EmParams) {
+fn growth_with_cells(travel: &Travel, truth: &[Pose], params: &EmParams) {
     print_head("growth with cells times kernel");
     for (resolution_m, n_headings) in
         [(2.0, 36), (2.0, 72), (1.0, 36), (1.0, 72), (1.0, 144), (0.5, 72)]
     {
         let grid = grid_around(truth, resolution_m, n_headings);
         let params = EmParams { grid, ..on_one_grid(params) };
-        print_timed(&format!("{resolution_m} m, {n_headings} headings"), travel, params);
+        print_timed(&format!("{resolution_m} m, {n_headings} headings"), travel, &params);
     }
     println!();
 }
 
-fn economies(simulated: &LandmarkTravel, truth: &[Pose], params: EmParams) {
+fn economies(simulated: &LandmarkTravel, truth: &[Pose], params: &EmParams) {
     print_head("economies of section 5");
     let (travel, _) = travel::cut(simulated, STEP_M);
     let one_grid = on_one_grid(params);
-    print_timed("all", &travel, one_grid);
+    print_timed("all", &travel, &one_grid);
     for share in [1e-4, 0.0] {
         let params = EmParams { selection_share: share, ..one_grid };
-        print_timed(&format!("selection at {share:e} of the maximum"), &travel, params);
+        print_timed(&format!("selection at {share:e} of the maximum"), &travel, &params);
     }
     for step_m in [5.0, 1.0] {
         let (travel, _) = travel::cut(simulated, step_m);
-        print_timed(&format!("coarse time: a step every {step_m} m"), &travel, one_grid);
+        print_timed(&format!("coarse time: a step every {step_m} m"), &travel, &one_grid);
     }
     let one_thread = EmParams { n_threads: NonZero::<usize>::MIN, ..one_grid };
-    print_timed("one thread", &travel, one_thread);
+    print_timed("one thread", &travel, &one_thread);
     let mut em = Em::new(&travel, one_grid, Start::Controls);
     for _ in 0..N_ITERATIONS {
         em.iterate();
@@ -177,7 +177,7 @@ fn economies(simulated: &LandmarkTravel, truth: &[Pose], params: EmParams) {
         "tables hold a quarter of the headings: without symmetry four times the time and bytes"
     );
     for n_coarse_iterations in [0, params.n_coarse_iterations] {
-        let params = EmParams { n_coarse_iterations, ..params };
+        let params = EmParams { n_coarse_iterations, ..*params };
         let run = || {
             let mut em = Em::new(&travel, params, Start::Controls);
             while !em.has_converged() {
